@@ -24,7 +24,7 @@ from frobs_core.description import Overlap, Translation
 from frobs_core.description.scene import Marker, Placement, Scene
 from frobs_core.models.model import RobotModel
 from frobs_core.util.arrays import Floats, Mask, read_only
-from frobs_core.util.errors import CapabilityError, UnknownNameError
+from frobs_core.util.errors import CapabilityError, UnknownNameError, check_name
 
 
 class BareEngine(Protocol):
@@ -232,8 +232,7 @@ class Simulation(Stateful, ABC):
         if self.sensor_wrenches is None:
             raise CapabilityError.lacking(self, "force_torque")
         name = f"{robot}/{sensor}"
-        if name not in self.sensor_wrenches:
-            raise UnknownNameError("force-torque sensor", name, self.sensor_wrenches)
+        check_name("force-torque sensor", name, self.sensor_wrenches)
         return read_only(self.sensor_wrenches[name])
 
     def rays(self, origins: Floats, directions: Floats, max_range: float, exclude: str = "") -> Floats:

@@ -14,7 +14,7 @@ from frobs_core.description import VECTORS, Marker, ObservationTerm, Scene, Sens
 from frobs_core.plugins.records import Level
 from frobs_core.sensing.sensors import Sensors
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import ObservationTermError, UnknownNameError
+from frobs_core.util.errors import ObservationTermError, UnknownNameError, check_name
 from frobs_core.util.random import RandomSource
 
 TYPES: Mapping[str, frozenset[str]] = {
@@ -56,11 +56,9 @@ def read_settings(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         if "camera" in settings:
             settings.setdefault("type", "camera")
         kind = str(settings.get("type"))
-        if kind not in TYPES:
-            raise UnknownNameError(f"type of the observation term '{name}'", kind, TYPES)
+        check_name(f"type of the observation term '{name}'", kind, TYPES)
         for key in settings.keys() - {"type"}:
-            if key not in TYPES[kind]:
-                raise UnknownNameError(f"setting of the observation term '{name}'", str(key), TYPES[kind])
+            check_name(f"setting of the observation term '{name}'", key, TYPES[kind])
         for key in TYPES[kind] - _OPTIONAL:
             if not isinstance(settings.get(key), str):
                 raise ObservationTermError(name, f"requires the setting '{key}', which is the name of a {key}.")

@@ -247,11 +247,7 @@ def needs_of_task(record: TaskRecord, task: Task, options: Collection[str] = ())
 
 
 def _check_pace(simulator: SimulatorRecord, num_envs: int, same_step: bool) -> None:
-    """Check that a paced simulator has a single environment and is not reset during a step.
-
-    Raises:
-        ParameterValueError: The simulator is paced, and there are several environments or a step may include a reset.
-    """
+    """Check that a paced simulator has a single environment and is not reset during a step."""
     if simulator.is_paced and num_envs > 1:
         rule = f"1, because simulator '{simulator.name}' is paced and supports only one environment"
         raise ParameterValueError("num_envs", num_envs, rule)
@@ -290,11 +286,7 @@ def _log_losses(engine: type[Simulation], placement: Placement) -> None:
 
 
 def _check_apart(placements: Mapping[str, Placement]) -> None:
-    """Check that no two robots have the same position.
-
-    Raises:
-        ConflictingOptionsError: Two robots have the same position.
-    """
+    """Check that no two robots have the same position."""
     names: dict[tuple[float, ...], str] = {}
     for name, placement in placements.items():
         other = names.setdefault(placement.pose.pos, name)

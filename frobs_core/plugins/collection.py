@@ -22,7 +22,14 @@ from frobs_core.plugins.loading import import_plugin, read_records
 from frobs_core.plugins.records import RECORDS, Record
 from frobs_core.plugins.report import PluginReport, environment_ids
 from frobs_core.plugins.requirements import core_versions, is_made_for
-from frobs_core.util.errors import AmbiguousNameError, PluginError, PluginLoadError, UnknownNameError, nearest
+from frobs_core.util.errors import (
+    AmbiguousNameError,
+    PluginError,
+    PluginLoadError,
+    UnknownNameError,
+    check_name,
+    nearest,
+)
 
 STRICT = "FROBS_STRICT_PLUGINS"
 """Environment variable that makes a broken plugin raise an error, unless its value is empty, 0, false, no or off."""
@@ -145,8 +152,7 @@ class Plugins:
     def _offers_of(self, kind: str) -> Mapping[str, Mapping[str, PluginReport]]:
         """For each name of a kind, return the reports of the plugins that provide the name, by distribution."""
         self.reports()
-        if kind not in self._offers:
-            raise UnknownNameError("kind", kind, self._offers)
+        check_name("kind", kind, self._offers)
         return self._offers[kind]
 
     def candidates(self) -> list[Candidate]:

@@ -67,7 +67,6 @@ def validate(model: type[Model], settings: Mapping[str, Any], owner: str) -> Mod
 
 
 def _explain(owner: str, name: str, problem: Mapping[str, Any]) -> ConfigurationError:
-    """Return the error for a problem that pydantic reports."""
     message, value = problem["msg"].removeprefix("Value error, "), problem["input"]
     if problem["type"] == "missing":
         return MissingSettingError(owner, name)

@@ -37,5 +37,4 @@ class BumperInstrument(Instrument):
 
 
 def _contact(name: str, link: str, robot: str) -> str:
-    """Return the name of the contact for one link of a bumper."""
     return f"{robot}/{name}/{link}"

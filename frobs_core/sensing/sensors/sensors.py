@@ -13,7 +13,7 @@ from frobs_core.sensing.sensors.channel import Channel
 from frobs_core.sensing.sensors.instrument import Instrument, instrument_of
 from frobs_core.sensing.sensors.timing import count_delay, count_period
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import UnknownNameError
+from frobs_core.util.errors import check_name
 from frobs_core.util.random import RandomSource
 
 
@@ -47,15 +47,13 @@ class Sensors(Stateful):
         robot: str = "robot",
         names: Sequence[str] | None = None,
     ) -> None:
-        if robot not in simulation.robots:
-            raise UnknownNameError("robot of the simulation", robot, simulation.robots)
+        check_name("robot of the simulation", robot, simulation.robots)
         handle = simulation.robots[robot]
         there = handle.robot.sensors
         self._num_envs = simulation.num_envs
         self._sensors: dict[str, Sensor] = {}
         for name in there if names is None else names:
-            if name not in there:
-                raise UnknownNameError(f"sensor of robot '{handle.robot.name}'", name, there)
+            check_name(f"sensor of robot '{handle.robot.name}'", name, there)
             self._sensors[name] = there[name]
         self._instruments = {
             name: instrument_of(sensor)(name, sensor, simulation, handle, control_timestep)
@@ -139,8 +137,7 @@ class Sensors(Stateful):
         return found
 
     def _sensor(self, name: str) -> Sensor:
-        if name not in self._sensors:
-            raise UnknownNameError("sensor", name, self._sensors)
+        check_name("sensor", name, self._sensors)
         return self._sensors[name]
 
     def stored_parts(self) -> Mapping[str, Instrument | Channel]:

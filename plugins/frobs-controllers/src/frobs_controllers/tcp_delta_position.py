@@ -49,7 +49,6 @@ class TcpDeltaPosition(Controller):
 
     @property
     def _steps(self) -> tuple[float, ...]:
-        """Return the step of each action component for an action of 1."""
         return (self.max_delta,) * 3
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:

@@ -17,7 +17,6 @@ class _Timed(xmlrpc.client.Transport):
     """An XML-RPC transport with a time limit, because a node may hang."""
 
     def make_connection(self, host: Any) -> Any:
-        """Return a connection with a time limit."""
         connection = super().make_connection(host)
         connection.timeout = _TIMEOUT
         return connection

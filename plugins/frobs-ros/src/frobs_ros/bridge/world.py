@@ -10,7 +10,7 @@ import numpy as np
 from frobs_core.contracts import Simulation
 from frobs_core.plugins.records import SimulatorRecord
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import ConfigurationError, ParameterValueError, UnknownNameError
+from frobs_core.util.errors import ConfigurationError, ParameterValueError, UnknownNameError, check_name
 from frobs_ros.bridge.forces import Forces
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.poses import REST, WORLD, Motion, Place
@@ -117,8 +117,7 @@ class World:
         Raises:
             UnknownNameError: The world contains no model with this name.
         """
-        if name not in self.models:
-            raise UnknownNameError("model", name, self.models)
+        check_name("model", name, self.models)
         return self.models[name]
 
     def set_timestep(self, timestep: float) -> None:
