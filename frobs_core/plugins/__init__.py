@@ -4,7 +4,7 @@
 - ``loading`` imports one plugin, calls its hooks, and validates its records.
 - ``known`` lists the names that each distribution of this project provides.
 - ``report`` contains the result of loading a plugin.
-- ``requirements`` checks the requirements of a distribution, including the versions of the core that it supports.
+- ``requirements`` determines which versions of the core a distribution supports.
 - ``collection`` loads plugins in isolation, stores the reports, and looks up names.
 
 The functions of this module use the collection of all installed plugins, which :func:`isolated` temporarily replaces.
@@ -21,7 +21,7 @@ from frobs_core.plugins.discovery import Candidate, normalize
 from frobs_core.plugins.known import install_command
 from frobs_core.plugins.records import Record
 from frobs_core.plugins.report import PluginReport
-from frobs_core.plugins.requirements import core_versions, has_upper_bound, is_made_for, missing
+from frobs_core.plugins.requirements import core_versions, is_made_for
 from frobs_core.util.errors import PluginError
 
 __getattr__ = moved_names(__name__)
@@ -34,12 +34,10 @@ __all__ = [
     "core_versions",
     "get_record",
     "get_report",
-    "has_upper_bound",
     "importable",
     "install_command",
     "is_made_for",
     "isolated",
-    "missing",
     "normalize",
     "records",
     "reports",

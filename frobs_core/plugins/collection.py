@@ -220,7 +220,12 @@ class Plugins:
             )
             warn(warning)
         return PluginReport.of(
-            candidate, "loaded", import_seconds=seconds, records=records, made_for=made_for, warning=warning
+            candidate,
+            "loaded",
+            import_seconds=seconds,
+            records=MappingProxyType(records),
+            made_for=made_for,
+            warning=warning,
         )
 
     def _is_strict(self) -> bool:
