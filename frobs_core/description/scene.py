@@ -42,11 +42,6 @@ class Contact:
     ignore: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check that ``ignore`` is used only together with ``"*"``.
-
-        Raises:
-            ConfigurationError: ``ignore`` is used, but ``second`` is not ``"*"``.
-        """
         if self.ignore and self.second != "*":
             raise SceneError(
                 f"a contact of '{self.first}' with '{self.second}'",

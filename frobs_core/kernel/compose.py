@@ -21,13 +21,13 @@ from frobs_core.plugins.capabilities import check_capabilities
 from frobs_core.plugins.records import Level, SimulatorRecord, TaskRecord
 from frobs_core.sensing.observation import Observations
 from frobs_core.sensing.randomization import Randomization, Settings, physical_parameters, read_settings
-from frobs_core.sensing.sensors.contacts import with_contacts
+from frobs_core.sensing.sensors import with_contacts
 from frobs_core.util.errors import (
     ConflictingOptionsError,
     InvalidTimestepError,
     ObservationTermError,
     ParameterValueError,
-    UnknownParameterError,
+    check_keys,
 )
 from frobs_core.util.keywords import constructor_parameters
 from frobs_core.util.random import RandomSource
@@ -170,17 +170,13 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
         same_step: Whether a new episode begins in the same step that ends the previous episode.
 
     Raises:
-        UnknownNameError: A requested name is not provided by any plugin.
-        UnknownParameterError: The task, a controller or the simulator does not accept one of the keywords.
-        CapabilityError: The simulator does not support a capability that the task, a controller, the randomization or
-            an observation term requires.
-        ConfigurationError: A value is invalid.
+        FrobsError: See :class:`~frobs_core.kernel.env.RobotEnv`.
     """
     planned = plan(config, num_envs, same_step)
     simulator, task, controllers = planned.simulator, planned.task, planned.controllers
     scene, everything, settings, control = planned.scene, planned.everything, planned.settings, planned.control_timestep
     engine = simulator.load()
-    check_parameters(f"simulator '{simulator.name}'", config.simulator_kwargs, simulator_defaults(engine))
+    check_keys(f"simulator '{simulator.name}'", config.simulator_kwargs, simulator_defaults(engine))
     simulation: Simulation = engine(
         everything,
         scene,
@@ -309,19 +305,8 @@ def build(owner: str, cls: type[Any], parameters: Mapping[str, Any], others: Ite
     Raises:
         UnknownParameterError: The constructor does not accept one of the keywords.
     """
-    check_parameters(owner, parameters, parameter_defaults(cls), others)
+    check_keys(owner, parameters, parameter_defaults(cls), others)
     return cls(**parameters)
-
-
-def check_parameters(owner: str, given: Iterable[str], known: Iterable[str], others: Iterable[str] = ()) -> None:
-    """Check that all given keywords are known. For ``owner`` and ``others``, see :func:`build`.
-
-    Raises:
-        UnknownParameterError: A name is unknown.
-    """
-    for name in given:
-        if name not in known:
-            raise UnknownParameterError(owner, name, {*known, *others})
 
 
 def parameter_defaults(cls: type[Any]) -> dict[str, Any]:

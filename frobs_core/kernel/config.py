@@ -101,8 +101,7 @@ class EnvConfig(RobotKeywords):
         """Create a configuration from flat keywords. Keywords that are not fields become task parameters.
 
         Raises:
-            ConfigurationError: A value has the wrong type.
-            MissingSettingError: ``task`` is missing.
+            ConfigurationError: A value has the wrong type, or ``task`` is missing.
         """
         if "task" not in keywords:
             raise MissingSettingError("this environment", "a task", "pass it as task='…'")

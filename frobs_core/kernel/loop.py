@@ -77,11 +77,9 @@ class Loop(Stateful):
         return np.concatenate([read() for read in self._reads], axis=1).astype(np.float32)
 
     def batch_options(self, options: Mapping[str, Any] | None) -> Mapping[str, Floats]:
-        """Validate the reset options and repeat them for every environment.
+        """Validate the reset options and repeat them for every environment; see :func:`~frobs_core.kernel.inputs.batch_options`.
 
         Raises:
-            UnknownParameterError: The task does not accept one of the options.
-            ConfigurationError: A value is invalid.
             CapabilityError: The simulator does not support a capability that a reset with these options requires.
         """
         batched = batch_options(options, self.task.reset_options, self.num_envs)

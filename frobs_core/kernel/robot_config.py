@@ -176,8 +176,7 @@ class RobotConfig(RobotKeywords):
             on_floor: Whether there is a floor at z = 0.
 
         Raises:
-            UnknownParameterError: ``pose`` has a key that is neither ``pos`` nor ``rpy``.
-            ParameterValueError: A value in ``pose`` does not consist of three finite numbers.
+            ConfigurationError: See :meth:`base_pose`.
             UnknownNameError: A wheel is not an actuated joint.
         """
         pose = self.base_pose(pose)
@@ -286,12 +285,7 @@ def _links_of_wheels(robot: str, drive: DifferentialDrive, model: RobotModel) ->
 
 
 def find_record(cls: type[AnyRecord], kind: str, part: str | Record) -> AnyRecord:
-    """Return a record by its name. A record is returned unchanged.
-
-    Args:
-        cls: Class of the record.
-        kind: Kind of the record, such as ``"controller"``.
-        part: Name or record.
+    """Return a record of a class and kind by its name. A record is returned unchanged.
 
     Raises:
         UnknownNameError: No plugin provides the name.

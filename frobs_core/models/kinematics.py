@@ -107,11 +107,7 @@ def _mixing(angle: Floats) -> tuple[Floats, Floats]:
 
 
 def make_chain(model: RobotModel, frame: str) -> Chain:
-    """Precompute the constants of the path from the root to a link.
-
-    Raises:
-        UnknownNameError: The link does not exist.
-    """
+    """Precompute the constants of the path from the root to a link."""
     links = [link.name for link in model.links]
     check_name("link", frame, links)
     columns, multipliers, offsets, slides, frames, origins = [], [], [], [], [], []

@@ -77,11 +77,7 @@ def records(kind: str) -> Mapping[str, Record]:
 
 
 def importable(kind: str) -> list[str]:
-    """Return the names of importable records of a kind, such as simulators whose engine is installed.
-
-    Raises:
-        UnknownNameError: The kind does not exist.
-    """
+    """Return the names of importable records of a kind, such as simulators whose engine is installed."""
     found = []
     for name, record in records(kind).items():
         with suppress(PluginError):

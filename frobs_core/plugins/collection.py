@@ -95,13 +95,7 @@ class Plugins:
         return self._reports
 
     def records(self, kind: str) -> Mapping[str, Record]:
-        """Return the records of a kind by name.
-
-        If two distributions provide the same name, both records are listed as ``"distribution:name"``.
-
-        Raises:
-            UnknownNameError: The kind does not exist.
-        """
+        """Return the records of a kind by name; see :func:`frobs_core.plugins.records`."""
         found = {}
         for name, offers in self._offers_of(kind).items():
             for distribution, report in offers.items():
@@ -110,12 +104,7 @@ class Plugins:
         return MappingProxyType(dict(sorted(found.items())))
 
     def get_record(self, kind: str, name: str) -> Record:
-        """Return the record with a given name or ``"distribution:name"``.
-
-        Raises:
-            UnknownNameError: No record of this kind has the given name.
-            AmbiguousNameError: Two distributions provide the name.
-        """
+        """Return the record with a given name; see :func:`frobs_core.plugins.get_record`."""
         return _record(self.get_report(kind, name), kind, name.rpartition(":")[2])
 
     def get_report(self, kind: str, name: str) -> PluginReport:

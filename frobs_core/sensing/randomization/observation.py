@@ -14,7 +14,7 @@ from frobs_core.description import VECTORS, Observation
 from frobs_core.sensing.observation import Observations
 from frobs_core.sensing.randomization.delay import whole_steps
 from frobs_core.sensing.randomization.distribution import Distribution
-from frobs_core.sensing.randomization.schedule import Draw
+from frobs_core.sensing.randomization.schedule import Draw, Sample
 from frobs_core.sensing.randomization.settings import Setting
 from frobs_core.sensing.randomization.targets import matches
 from frobs_core.util.arrays import Floats, Mask
@@ -39,17 +39,9 @@ class ObservedArray:
         self.key = key
         self.history = np.zeros((num_envs, depth, *space.shape), space.dtype)  # newest first
         self._low, self._high = (np.asarray(bound, np.float64) for bound in (space.low, space.high))
-        self._noise: list[tuple[slice, Draw, slice]] = []
-        self._delays: list[tuple[Any, Draw]] = []
+        self.noise: list[tuple[slice, Draw, slice]] = []  # columns, and the random numbers that are added to them
+        self.delays: list[tuple[Any, Draw]] = []  # columns, and the number of steps by which they are delayed
         self._each = np.arange(num_envs)
-
-    def add_noise(self, columns: slice, draw: Draw, numbers: slice) -> None:
-        """Add the random numbers of ``draw`` to the given columns as noise."""
-        self._noise.append((columns, draw, numbers))
-
-    def add_delay(self, columns: slice, draw: Draw) -> None:
-        """Delay the given columns by a random number of steps, which ``draw`` provides."""
-        self._delays.append(((slice(None), columns), draw))
 
     def begin(self, true: np.ndarray[Any, Any], mask: Mask) -> np.ndarray[Any, Any]:
         """Clear the history of the environments selected by ``mask``, and return all environments' observations."""
@@ -67,18 +59,18 @@ class ObservedArray:
     def observed(self) -> np.ndarray[Any, Any]:
         """Return the current observations, (num_envs, …), as a new array."""
         observed = self.history[:, 0].copy()
-        for columns, draw in self._delays:
+        for columns, draw in self.delays:
             late = self.history[self._each, draw.numbers.astype(np.intp)]
             observed[columns] = late[columns]
         return observed
 
     def _measure(self, true: np.ndarray[Any, Any], rows: Mask | slice) -> np.ndarray[Any, Any]:
-        if not self._noise:
+        if not self.noise:
             return true[rows]
         measured = true[rows].astype(np.float64)
-        for columns, draw, numbers in self._noise:
+        for columns, draw, numbers in self.noise:
             measured[:, columns] += draw.numbers[rows, numbers]
-        for columns, _, _ in self._noise:  # measurements are clipped to the observation's bounds
+        for columns, _, _ in self.noise:  # measurements are clipped to the observation's bounds
             np.clip(measured[:, columns], self._low[columns], self._high[columns], out=measured[:, columns])
         return measured.astype(true.dtype)
 
@@ -118,11 +110,6 @@ class ObservedArrays(Stateful):
         for setting in delays:
             self._add_delay(setting)
         self._changing = [draw for draw in self.draws if draw.changes_in_episode]
-
-    @property
-    def terms(self) -> set[str]:
-        """Keys of the affected arrays. If the observation is a single array, its key is ``"observation"``."""
-        return set(self.arrays)
 
     def begin(self, rng: RandomSource, true: Observation, mask: Mask) -> Observation:
         """Begin episodes in the environments selected by ``mask``, and return the observations."""
@@ -180,25 +167,21 @@ class ObservedArrays(Stateful):
                 f"the setting has {setting.distribution.width} numbers for {start} columns; write one number, or one "
                 "number for each column.",
             )
-        sample = partial(_sample, setting.distribution, start)
-        draw = self._add_draw(Draw(setting.stream, setting.schedule, sample, self._zeros(start), self._timestep))
+        draw = self._add_draw(setting, partial(_sample, setting.distribution, start), start)
         for name, array, columns, numbers in places:
-            array.add_noise(columns, draw, numbers)
+            array.noise.append((columns, draw, numbers))
             if not draw.changes_in_episode:
                 self.constant[f"{setting.stream}: {name}"] = draw, numbers
 
     def _add_delay(self, setting: Setting) -> None:
-        sample = whole_steps(setting.distribution)
-        draw = self._add_draw(Draw(setting.stream, setting.schedule, sample, self._zeros(), self._timestep))
+        draw = self._add_draw(setting, whole_steps(setting.distribution))
         for key, columns in self._named(setting).values():
-            self._find_array(key, setting)[0].add_delay(columns, draw)
+            self._find_array(key, setting)[0].delays.append(((slice(None), columns), draw))
 
-    def _add_draw(self, draw: Draw) -> Draw:
-        self.draws.append(draw)
-        return draw
-
-    def _zeros(self, *shape: int) -> Floats:
-        return np.zeros((self._num_envs, *shape))
+    def _add_draw(self, setting: Setting, sample: Sample, *shape: int) -> Draw:
+        zeros = np.zeros((self._num_envs, *shape))
+        self.draws.append(Draw(setting.stream, setting.schedule, sample, zeros, self._timestep))
+        return self.draws[-1]
 
     def stored_arrays(self) -> Snapshot:
         """Return the stored measurements."""

@@ -1,14 +1,15 @@
-"""Instruments, which measure true values for a robot's sensors."""
+"""Instruments, which measure true values for a robot's sensors, and the contacts that they need."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
 from frobs_core.contracts import RobotHandle, Simulation, Stateful
-from frobs_core.description import Contact, Scene, Sensor
+from frobs_core.description import Contact, Placement, Scene, Sensor
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import PluginError
 
@@ -70,3 +71,14 @@ def instrument_of(sensor: Sensor) -> type[Instrument]:
             f"imported: {error}."
         ) from error
     return cls
+
+
+def with_contacts(scene: Scene, robots: Mapping[str, Placement]) -> Scene:
+    """Return a copy of a scene that includes the contacts required by the sensors of robots, by robot name."""
+    needed = {
+        contact: declared
+        for robot, placement in robots.items()
+        for name, sensor in placement.robot.sensors.items()
+        for contact, declared in instrument_of(sensor).contacts(name, sensor, robot, scene).items()
+    }
+    return replace(scene, contacts={**scene.contacts, **needed}) if needed else scene
