@@ -97,11 +97,7 @@ class World:
             model.drive.hold(model.robot)
 
     def remove(self, name: str) -> Model:
-        """Remove a model from the world and return the model.
-
-        Raises:
-            UnknownNameError: The world contains no model with this name.
-        """
+        """Remove a model from the world and return the model."""
         model = self.model(name)
         self._build([other for other in self.models.values() if other is not model])
         del self.models[name]
@@ -220,11 +216,7 @@ class World:
         return model.link_place(link), model.link_motion(link)
 
     def open_viewer(self) -> None:
-        """Open a viewer window, which is reopened whenever a new simulation is created.
-
-        Raises:
-            RenderingUnavailableError: There is no display.
-        """
+        """Open a viewer window, which is reopened whenever a new simulation is created."""
         self._viewed = True
         if self.simulation is not None:
             self.simulation.open_viewer()
