@@ -231,13 +231,7 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
 
 
 def needs_of_task(record: TaskRecord, task: Task, options: Collection[str] = ()) -> dict[str, Mapping[str, Level]]:
-    """Return the capabilities that a task requires, keyed by the task's description in error messages.
-
-    Args:
-        record: Record of the task.
-        task: Task built from the record and the user's keywords.
-        options: Names of the options passed to ``reset``.
-    """
+    """Return the capabilities that a task and the given reset options require, by their name in error messages."""
     who = f"task '{record.name}'" + (f", reset with {' and '.join(options)}" if options else "")
     return {who: {**record.needs, **task.reset_needs(options)}}
 

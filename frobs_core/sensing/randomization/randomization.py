@@ -76,15 +76,10 @@ class Randomization(Stateful):
             parameter.begin(rng, rows)
 
     def begin(self, rng: RandomSource, observation: Observation, mask: Mask | None) -> Observation:
-        """Draw delays and noise for new episodes. Call this method after the robot is placed.
+        """Draw delays and noise for episodes that begin in the environments selected by ``mask``.
 
-        Args:
-            rng: Random source of the environment.
-            observation: True observation of all environments, (num_envs, …).
-            mask: Environments in which an episode begins.
-
-        Returns:
-            The observations of all environments. Observations of environments outside the mask do not change.
+        Call this method after the robot is placed, with the true observation of all environments, (num_envs, …). The
+        result is the observation of all environments, which does not change for environments outside the mask.
         """
         rows = self._all if mask is None else mask
         if self._delay is not None:

@@ -91,22 +91,14 @@ class Draw(Stateful):
         self._all = np.ones(len(numbers), np.bool_)
 
     def begin(self, rng: RandomSource, mask: Mask) -> Mask:
-        """Draw random numbers for new episodes of the environments selected by ``mask``.
-
-        Returns:
-            Mask of the environments for which numbers were drawn, (num_envs,) bool.
-        """
+        """Draw numbers for new episodes in the environments in ``mask``, and return a mask of those that got numbers."""
         rows = mask & (rng.episodes == 0) if self._when is When.START else mask
         if rows.any():
             self._draw(rng, rows)
         return rows
 
     def step(self, rng: RandomSource) -> Mask | None:
-        """Draw the numbers that are due.
-
-        Returns:
-            Mask of the environments for which numbers were drawn, (num_envs,) bool, or None if there are none.
-        """
+        """Draw the numbers that are due, and return a mask of the environments that got numbers, or None if none did."""
         rows = self._all if self._longest == 1 else rng.steps >= self._due
         if rows is not self._all and not rows.any():
             return None

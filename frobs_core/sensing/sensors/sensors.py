@@ -106,11 +106,7 @@ class Sensors(Stateful):
                 self._channels[name].reset(rng, instrument.measure(), rows)
 
     def advance(self, rng: RandomSource) -> None:
-        """Advance by one control step. Call this method after the simulation has stepped.
-
-        Args:
-            rng: Random source that was passed to the task's step.
-        """
+        """Advance by one control step, with the step's random source. Call it after the simulation has stepped."""
         self._readings.clear()
         for name, instrument in self._instruments.items():
             instrument.advance()
