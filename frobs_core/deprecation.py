@@ -89,7 +89,7 @@ MOVED: Mapping[str, Sequence[str]] = {
     "frobs_core.models": ["frobs_models"],
     "frobs_core.observation": ["frobs_core.description", "frobs_core.sensing.observation"],
     "frobs_core.plain": ["frobs_core.util.plain"],
-    "frobs_core.plugins": ["frobs_devkit.probe"],
+    "frobs_core.plugins": ["frobs_devkit.probe", "frobs_devkit.doctor.requirements"],
     "frobs_core.random": ["frobs_core.util.random"],
     "frobs_core.randomization": ["frobs_core.sensing.randomization"],
     "frobs_core.registry": ["frobs_core.plugins.registry"],
@@ -104,7 +104,7 @@ MOVED: Mapping[str, Sequence[str]] = {
 }
 """Public modules of version 0.2, and the modules that define their names now. Some modules still exist, with fewer names."""
 
-RENAMED: Mapping[str, str] = {}
+RENAMED: Mapping[str, str] = {"RandomizationError": "SettingError", "SensorSettingError": "SettingError"}
 """New names of what version 0.2 offered under another name in one of these modules."""
 
 

@@ -14,7 +14,7 @@ import pytest
 import frobs_core.plugins
 from frobs_core.kernel.config import KEYWORDS, EnvConfig
 from frobs_core.kernel.env import RobotEnv
-from frobs_core.kernel.robot_config import RobotConfig
+from frobs_core.kernel.robot_config import RobotConfig, RobotKeywords
 from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.models import load_model
 from frobs_core.plugins.registry import environments
@@ -126,7 +126,7 @@ def test_a_misspelled_keyword_of_the_environment_is_suggested():
 
 
 def test_every_keyword_is_documented():
-    documented = EnvConfig.__doc__
+    documented = EnvConfig.__doc__ + RobotKeywords.__doc__
     assert all(f"\n        {field.name}: " in documented for field in fields(EnvConfig))
     assert {field.name for field in fields(EnvConfig)} - {"task_parameters"} == KEYWORDS
 

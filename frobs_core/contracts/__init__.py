@@ -12,7 +12,8 @@ from frobs_core.contracts.model_reader import ModelReader
 from frobs_core.contracts.pacing import Pacer
 from frobs_core.contracts.parameters import WrittenParameters
 from frobs_core.contracts.robot_handle import RobotHandle, active_gains
-from frobs_core.contracts.simulation import BareEngine, Simulation, Snapshot
+from frobs_core.contracts.simulation import BareEngine, Simulation
+from frobs_core.contracts.stateful import Snapshot, Stateful
 from frobs_core.contracts.step_context import StepContext
 from frobs_core.contracts.task import GoalTask, ResetOptions, Task
 from frobs_core.description.command import CommandMode
@@ -38,6 +39,7 @@ __all__ = [
     "RobotHandle",
     "Simulation",
     "Snapshot",
+    "Stateful",
     "StepContext",
     "Task",
     "TrainingMonitor",

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from frobs_core.contracts.stateful import Snapshot, Stateful
 from frobs_core.description.scene import Scene
 from frobs_core.util.arrays import Floats, Mask, rows_of
 
 
-class ContactState:
+class ContactState(Stateful):
     """State of a scene's declared contacts during the last control step, in the order of ``scene.contacts``.
 
     A simulator that supports contacts stores an instance of this class as :attr:`Simulation.contacts` and updates its
@@ -67,9 +68,9 @@ class ContactState:
         """Compute a control step's contact state from snapshots of its physics steps."""
         self.reduce(*(np.stack([step[name] for step in steps], axis=1) for name in self._arrays))
 
-    def snapshot(self) -> dict[str, np.ndarray[Any, Any]]:
-        """Return copies of the arrays."""
-        return {name: array.copy() for name, array in self._arrays.items()}
+    def stored_arrays(self) -> Snapshot:
+        """Return all arrays, by name."""
+        return self._arrays
 
     def restore(self, snapshot: Mapping[str, np.ndarray[Any, Any]]) -> None:
         """Restore a snapshot. Arrays that the snapshot does not contain are set to zero."""

@@ -11,7 +11,7 @@ import numpy as np
 from frobs_core.contracts.controller import Controller
 from frobs_core.contracts.joint_group import JointSubset
 from frobs_core.contracts.robot_handle import RobotHandle
-from frobs_core.contracts.simulation import Snapshot
+from frobs_core.contracts.stateful import Stateful
 from frobs_core.description import ALL, Robot
 from frobs_core.models import RobotModel
 from frobs_core.util.arrays import Action, Floats, Mask
@@ -126,7 +126,7 @@ def _at(command: Floats, physics_step: int) -> Floats:
     return command if command.ndim == 2 else command[:, physics_step]
 
 
-class Control:
+class Control(Stateful):
     """All controllers of an environment.
 
     The action space combines the controllers' action spaces, in the order of the robots and their joint groups. Boxes
@@ -207,30 +207,13 @@ class Control:
         known = [change for change in changes if change is not None]
         return np.concatenate(known) if len(known) == len(changes) else None
 
-    def snapshot(self) -> Snapshot:
-        """Return the state of all controllers."""
-        return {
-            f"{name}/{key}": array
-            for name, controller in self.controllers.items()
-            for key, array in controller.snapshot().items()
-        }
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        for name, controller in self.controllers.items():
-            start = f"{name}/"
-            controller.restore(
-                {key.removeprefix(start): array for key, array in snapshot.items() if key.startswith(start)}
-            )
+    def stored_parts(self) -> Mapping[str, Controller]:
+        """Return all controllers, by ``"robot/group"``."""
+        return self.controllers
 
 
 def _join_spaces(spaces: Mapping[str, gym.Space[Any]]) -> gym.Space[Any]:
-    """Return the combined action space of all controllers.
-
-    Raises:
-        IncompatibleSpaceError: The spaces are not all one-dimensional Boxes, and not all Discrete spaces that start at
-            0.
-    """
+    """Return the combined action space of all controllers."""
     boxes = [space for space in spaces.values() if isinstance(space, gym.spaces.Box) and len(space.shape) == 1]
     moves = [space for space in spaces.values() if isinstance(space, gym.spaces.Discrete) and space.start == 0]
     if len(boxes) == len(spaces):

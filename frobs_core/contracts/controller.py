@@ -10,14 +10,15 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.contracts.joint_group import JointGroup
-from frobs_core.contracts.simulation import Simulation, Snapshot
+from frobs_core.contracts.simulation import Simulation
+from frobs_core.contracts.stateful import Snapshot, Stateful
 from frobs_core.description.command import CommandMode
 from frobs_core.description.scene import Scene
 from frobs_core.util.arrays import Action, Floats, Mask
 from frobs_core.util.errors import PluginError
 
 
-class Controller(ABC):
+class Controller(Stateful, ABC):
     """Base class of controllers.
 
     The constructor validates and stores keyword-only parameters, which users set through ``controller_kwargs``.
@@ -106,13 +107,6 @@ class Controller(ABC):
         joints without a limit. Return None if actions are not joint positions.
         """
         return None
-
-    def snapshot(self) -> Snapshot:
-        """Return the internal state that affects ``apply``, excluding the simulation's state."""
-        return {}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
 
 
 class ControllerWrapper(Controller):

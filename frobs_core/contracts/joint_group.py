@@ -10,7 +10,7 @@ import numpy as np
 from frobs_core.description.robot import Robot
 from frobs_core.models.model import Joint, RobotModel
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import UnknownNameError
+from frobs_core.util.errors import UnknownNameError, check_name
 
 
 class JointGroup(ABC):
@@ -133,8 +133,7 @@ class JointSubset(JointGroup):
 
     def __init__(self, whole: JointGroup, joint_names: Sequence[str], tcp: str | None = None) -> None:
         for joint in joint_names:
-            if joint not in whole.joint_names:
-                raise UnknownNameError(f"actuated joint of robot '{whole.robot.name}'", joint, whole.joint_names)
+            check_name(f"actuated joint of robot '{whole.robot.name}'", joint, whole.joint_names)
         self._whole = whole
         self.name, self.robot, self.model, self.num_envs = whole.name, whole.robot, whole.model, whole.num_envs
         numbers = [whole.joint_names.index(joint) for joint in joint_names]

@@ -8,11 +8,11 @@ from typing import Protocol
 
 import numpy as np
 
-from frobs_core.contracts.simulation import Snapshot
+from frobs_core.contracts.stateful import Snapshot
 from frobs_core.description.scene import Placement, Scene
 from frobs_core.models.model import Link
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import PhysicsParameterError, UnknownNameError
+from frobs_core.util.errors import PhysicsParameterError, UnknownNameError, check_name
 
 NAMES = ("mass", "friction", "stiffness", "damping", "joint_damping", "gravity")
 """Parameters supported by every simulator that uses ``WrittenParameters``. Simulators that can rebuild bodies also
@@ -81,8 +81,7 @@ class WrittenParameters(ABC):
         """
         links = [f"{robot}/{link.name}" for robot, placed in self._placements.items() for link in placed.model.links]
         names = [*self._scene.bodies, *links]
-        if name not in names:
-            raise UnknownNameError("body", name, names)
+        check_name("body", name, names)
 
     def read(self, name: str, target: str) -> Floats:
         """Return a parameter's value in each environment, (num_envs, …)."""
@@ -101,8 +100,7 @@ class WrittenParameters(ABC):
 
     def write(self, name: str, target: str, values: Floats, mask: Mask | None) -> None:
         """Change a parameter in the environments selected by ``mask``."""
-        if name not in self.names:
-            raise UnknownNameError("parameter", name, self.names)
+        check_name("parameter", name, self.names)
         values = np.asarray(values, np.float64)
         if name != "gravity" and not (values >= 0).all():
             raise PhysicsParameterError(name, target, f"must not be negative or NaN: {values.min()}.")
@@ -151,7 +149,6 @@ class WrittenParameters(ABC):
             robot.refresh_gains()
 
     def _nominal(self, name: str, target: str) -> Floats:
-        """Return a parameter's nominal value from the scene or the model."""
         scene = self._scene
         if name == "gravity":
             return np.array(scene.gravity, np.float64)
@@ -181,6 +178,5 @@ class WrittenParameters(ABC):
         return next(link for link in self._placements[robot].model.links if link.name == name)
 
     def _robot(self, name: str) -> Driven:
-        if name not in self._robots:
-            raise UnknownNameError("robot", name, self._robots)
+        check_name("robot", name, self._robots)
         return self._robots[name]

@@ -150,9 +150,6 @@ class RobotHandle(JointGroup):
 
         Args:
             decimation: Number of physics steps.
-
-        Raises:
-            SimulationError: The number of rows in the last command differs from ``decimation``.
         """
         rows, self._command_rows = self._command_rows, None
         if rows is None:

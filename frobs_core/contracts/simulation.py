@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar, Protocol, TypeAlias
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
@@ -19,14 +19,12 @@ from frobs_core.contracts.body_handle import BodyHandle
 from frobs_core.contracts.contacts import ContactState
 from frobs_core.contracts.pacing import Pacer
 from frobs_core.contracts.robot_handle import RobotHandle
+from frobs_core.contracts.stateful import Snapshot, Stateful
 from frobs_core.description import Overlap, Translation
 from frobs_core.description.scene import Marker, Placement, Scene
 from frobs_core.models.model import RobotModel
 from frobs_core.util.arrays import Floats, Mask, read_only
-from frobs_core.util.errors import CapabilityError, UnknownNameError
-
-Snapshot: TypeAlias = dict[str, np.ndarray[Any, Any]]
-"""Complete state: arrays of shape (num_envs, …), by name."""
+from frobs_core.util.errors import CapabilityError, UnknownNameError, check_name
 
 
 class BareEngine(Protocol):
@@ -42,7 +40,7 @@ class BareEngine(Protocol):
         """Cast rays with the arguments of :meth:`Simulation.rays` and discard the result."""
 
 
-class Simulation(ABC):
+class Simulation(Stateful, ABC):
     """Base class of simulations, each of which contains ``num_envs`` copies of robots and a scene.
 
     If a simulator does not support a capability, the methods of this capability raise
@@ -234,8 +232,7 @@ class Simulation(ABC):
         if self.sensor_wrenches is None:
             raise CapabilityError.lacking(self, "force_torque")
         name = f"{robot}/{sensor}"
-        if name not in self.sensor_wrenches:
-            raise UnknownNameError("force-torque sensor", name, self.sensor_wrenches)
+        check_name("force-torque sensor", name, self.sensor_wrenches)
         return read_only(self.sensor_wrenches[name])
 
     def rays(self, origins: Floats, directions: Floats, max_range: float, exclude: str = "") -> Floats:
@@ -323,14 +320,10 @@ class Simulation(ABC):
         Raises:
             CapabilityError: The simulator does not support ``snapshot``.
         """
-        return {name: array.copy() for name, array in self._state().items()}
+        return super().snapshot()
 
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot of this simulation or of another simulation with the same configuration."""
-        for name, array in self._state().items():
-            array[...] = snapshot[name]
-
-    def _state(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
+        """Return :attr:`state`."""
         if self.state is None:
             raise CapabilityError.lacking(self, "snapshot")
         return self.state

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.contracts.simulation import Snapshot
+from frobs_core.contracts.stateful import Snapshot, Stateful
 from frobs_core.util.arrays import Action, Floats, Mask, rows_of
 from frobs_core.util.random import RandomSource
 
 
-class StepContext:
+class StepContext(Stateful):
     """Data about the last control step: the actions and the joint commands.
 
     The environment updates this object at every step. The arrays are valid until the next step, and tasks must not
@@ -58,14 +58,12 @@ class StepContext:
         self.given_action[rows] = 0
         self.previous_given_action[rows] = 0
 
-    def snapshot(self) -> Snapshot:
-        """Return a copy of all arrays."""
-        arrays = {"action": self.given_action, "previous_action": self.previous_given_action}
-        arrays.update({f"commands/{name}": command for name, command in self.commands.items()})
-        return {name: array.copy() for name, array in arrays.items()}
+    def stored_arrays(self) -> Snapshot:
+        """Return all actions and commands."""
+        commands = {f"commands/{name}": command for name, command in self.commands.items()}
+        return {"action": self.given_action, "previous_action": self.previous_given_action, **commands}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Restore a snapshot."""
-        self.given_action = snapshot["action"].copy()
-        self.previous_given_action = snapshot["previous_action"].copy()
-        self.commands = {name: snapshot[f"commands/{name}"].copy() for name in self.commands}
+        self.commands = {name: command.copy() for name, command in self.commands.items()}  # a controller may own them
+        super().restore(snapshot)

@@ -7,7 +7,8 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any, ClassVar, TypedDict
 
 from frobs_core.contracts.controller import Controller
-from frobs_core.contracts.simulation import Simulation, Snapshot
+from frobs_core.contracts.simulation import Simulation
+from frobs_core.contracts.stateful import Stateful
 from frobs_core.contracts.step_context import StepContext
 from frobs_core.description import ObservationTerm
 from frobs_core.description.scene import Marker, Scene
@@ -23,7 +24,7 @@ class ResetOptions(TypedDict, total=False):
     joint_positions: Floats
 
 
-class Task(ABC):
+class Task(Stateful, ABC):
     """Base class of tasks.
 
     The constructor validates and stores keyword-only parameters, which users pass to the environment. ``bind`` is
@@ -128,13 +129,6 @@ class Task(ABC):
     def markers(self) -> Sequence[Marker]:
         """Return markers to render in addition to the scene."""
         return ()
-
-    def snapshot(self) -> Snapshot:
-        """Return the state that the task stores between steps, excluding the simulation's state."""
-        return {}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
 
 
 class GoalTask(Task):

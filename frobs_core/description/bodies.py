@@ -87,7 +87,6 @@ class Body:
     rgba: tuple[float, float, float, float] = (0.6, 0.6, 0.65, 1.0)
 
     def __post_init__(self) -> None:
-        """Check that the fields are consistent."""
         if (self.geometry is None) == (not self.shapes):
             raise SceneError("a scene body", "needs either a geometry or shapes; pass exactly one of them.")
         if self.mass is not None and self.density is not None:

@@ -19,7 +19,7 @@ from frobs_core.models.defaults import default_gains, home_positions
 from frobs_core.models.kinematics import compose, joint_path, pose_array, pose_from_array
 from frobs_core.models.model import JointType, Pose, RobotModel
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import PhysicsParameterError, SceneError, UnknownNameError, UnsuitableRobotError
+from frobs_core.util.errors import PhysicsParameterError, SceneError, UnsuitableRobotError, check_name
 from frobs_core.util.rotations import quat_conjugate, quat_multiply, quat_rotate
 
 
@@ -42,11 +42,6 @@ class Contact:
     ignore: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check that ``ignore`` is used only together with ``"*"``.
-
-        Raises:
-            ConfigurationError: ``ignore`` is used, but ``second`` is not ``"*"``.
-        """
         if self.ignore and self.second != "*":
             raise SceneError(
                 f"a contact of '{self.first}' with '{self.second}'",
@@ -132,8 +127,7 @@ class Placement:
         """
         found = {joint.name: joint.armature for joint in self.model.joints if joint.type is not JointType.FIXED}
         for joint, armature in self.robot.armature.items():
-            if joint not in found:
-                raise UnknownNameError(f"moving joint in 'armature' of robot '{self.robot.name}'", joint, list(found))
+            check_name(f"moving joint in 'armature' of robot '{self.robot.name}'", joint, found)
             found[joint] = armature
         return found
 
@@ -407,8 +401,7 @@ class Scene:
             UnknownNameError: The scene does not declare a contact with this name.
             ConfigurationError: The force is requested, but the contact ignores some bodies.
         """
-        if name not in self.contacts:
-            raise UnknownNameError("declared contact", name, self.contacts)
+        check_name("declared contact", name, self.contacts)
         if force and self.contacts[name].ignore:
             raise SceneError(
                 f"contact '{name}'",

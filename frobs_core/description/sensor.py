@@ -36,6 +36,9 @@ class Sensor:
         instrument: ``"module:attribute"`` of the :class:`frobs_core.sensing.sensors.Instrument` that takes the measurements.
         unit: Unit of a reading.
         needs: Simulator capability that the sensor requires, or an empty string if it requires none.
+
+    Raises:
+        ConfigurationError: A parameter is not a number or is out of range.
     """
 
     type_name: ClassVar[str] = ""
@@ -51,11 +54,6 @@ class Sensor:
     dropout: float = 0.0
 
     def __post_init__(self) -> None:
-        """Validate the parameters.
-
-        Raises:
-            ConfigurationError: A parameter is not a number or is out of range.
-        """
         for name in ("noise", "resolution"):
             given = getattr(self, name)
             if isinstance(given, list | tuple):
@@ -142,7 +140,7 @@ class Lidar(Sensor):
     """
 
     type_name: ClassVar[str] = "lidar"
-    instrument: ClassVar[str] = "frobs_core.sensing.sensors.lidar:LidarInstrument"
+    instrument: ClassVar[str] = "frobs_core.sensing.sensors.instruments:LidarInstrument"
     unit: ClassVar[str] = "m"
     needs: ClassVar[str] = "rays"
 
@@ -154,7 +152,6 @@ class Lidar(Sensor):
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Validate the parameters."""
         if isinstance(self.rays, bool) or not isinstance(self.rays, int | np.integer) or self.rays < 1:
             raise self._error("rays", self.rays, "a whole number ≥ 1")
         super().__post_init__()
@@ -213,7 +210,7 @@ class Bumper(Sensor):
     """
 
     type_name: ClassVar[str] = "bumper"
-    instrument: ClassVar[str] = "frobs_core.sensing.sensors.bumper:BumperInstrument"
+    instrument: ClassVar[str] = "frobs_core.sensing.sensors.instruments:BumperInstrument"
     unit: ClassVar[str] = "0 or 1"
     needs: ClassVar[str] = "contacts"
 
@@ -221,7 +218,6 @@ class Bumper(Sensor):
     ignore: tuple[str, ...] = ("floor",)
 
     def __post_init__(self) -> None:
-        """Validate the parameters."""
         super().__post_init__()
         for name in ("links", "ignore"):
             given = getattr(self, name)
@@ -262,14 +258,13 @@ class Imu(Sensor):
     """
 
     type_name: ClassVar[str] = "imu"
-    instrument: ClassVar[str] = "frobs_core.sensing.sensors.imu:ImuInstrument"
+    instrument: ClassVar[str] = "frobs_core.sensing.sensors.instruments:ImuInstrument"
     unit: ClassVar[str] = "rad/s, m/s²"
     needs: ClassVar[str] = "randomize_gravity"  # simulators with this capability also report gravity
 
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Validate the parameters."""
         super().__post_init__()
         self._check_offset(self.offset)
 
@@ -296,7 +291,7 @@ class ForceTorque(Sensor):
     """
 
     type_name: ClassVar[str] = "force_torque"
-    instrument: ClassVar[str] = "frobs_core.sensing.sensors.force_torque:ForceTorqueInstrument"
+    instrument: ClassVar[str] = "frobs_core.sensing.sensors.instruments:ForceTorqueInstrument"
     unit: ClassVar[str] = "N, N·m"
     needs: ClassVar[str] = "force_torque"
 

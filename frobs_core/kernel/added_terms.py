@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.contracts import RobotHandle, Simulation, Snapshot, StepContext
+from frobs_core.contracts import RobotHandle, Simulation, Stateful, StepContext
 from frobs_core.contracts.control import Control
 from frobs_core.description import VECTORS, Marker, ObservationTerm, Scene, Sensor
 from frobs_core.plugins.records import Level
 from frobs_core.sensing.sensors import Sensors
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import ObservationTermError, UnknownNameError
+from frobs_core.util.errors import ObservationTermError, UnknownNameError, check_name
 from frobs_core.util.random import RandomSource
 
 TYPES: Mapping[str, frozenset[str]] = {
@@ -56,11 +56,9 @@ def read_settings(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         if "camera" in settings:
             settings.setdefault("type", "camera")
         kind = str(settings.get("type"))
-        if kind not in TYPES:
-            raise UnknownNameError(f"type of the observation term '{name}'", kind, TYPES)
+        check_name(f"type of the observation term '{name}'", kind, TYPES)
         for key in settings.keys() - {"type"}:
-            if key not in TYPES[kind]:
-                raise UnknownNameError(f"setting of the observation term '{name}'", str(key), TYPES[kind])
+            check_name(f"setting of the observation term '{name}'", key, TYPES[kind])
         for key in TYPES[kind] - _OPTIONAL:
             if not isinstance(settings.get(key), str):
                 raise ObservationTermError(name, f"requires the setting '{key}', which is the name of a {key}.")
@@ -116,7 +114,7 @@ def needed_capabilities(settings: Mapping[str, Mapping[str, Any]]) -> dict[str, 
     }
 
 
-class AddedTerms:
+class AddedTerms(Stateful):
     """Added observation terms, bound to a simulation.
 
     Args:
@@ -170,17 +168,9 @@ class AddedTerms:
         for sensors in self._sensors.values():
             sensors.advance(rng)
 
-    def snapshot(self) -> Snapshot:
-        """Return the state that the terms store between steps, by term name."""
-        return {
-            f"{name}/{key}": value for name, part in self._sensors.items() for key, value in part.snapshot().items()
-        }
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        for name, part in self._sensors.items():
-            start = f"{name}/"
-            part.restore({key.removeprefix(start): value for key, value in snapshot.items() if key.startswith(start)})
+    def stored_parts(self) -> Mapping[str, Sensors]:
+        """Return the sensors that the terms read, by term name."""
+        return self._sensors
 
     def _robot(self, name: str, term: Mapping[str, Any]) -> tuple[str, RobotHandle]:
         robots = self._simulation.robots

@@ -21,13 +21,13 @@ from frobs_core.plugins.capabilities import check_capabilities
 from frobs_core.plugins.records import Level, SimulatorRecord, TaskRecord
 from frobs_core.sensing.observation import Observations
 from frobs_core.sensing.randomization import Randomization, Settings, physical_parameters, read_settings
-from frobs_core.sensing.sensors.contacts import with_contacts
+from frobs_core.sensing.sensors import with_contacts
 from frobs_core.util.errors import (
     ConflictingOptionsError,
     InvalidTimestepError,
     ObservationTermError,
     ParameterValueError,
-    UnknownParameterError,
+    check_keys,
 )
 from frobs_core.util.keywords import constructor_parameters
 from frobs_core.util.random import RandomSource
@@ -170,17 +170,13 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
         same_step: Whether a new episode begins in the same step that ends the previous episode.
 
     Raises:
-        UnknownNameError: A requested name is not provided by any plugin.
-        UnknownParameterError: The task, a controller or the simulator does not accept one of the keywords.
-        CapabilityError: The simulator does not support a capability that the task, a controller, the randomization or
-            an observation term requires.
-        ConfigurationError: A value is invalid.
+        FrobsError: See :class:`~frobs_core.kernel.env.RobotEnv`.
     """
     planned = plan(config, num_envs, same_step)
     simulator, task, controllers = planned.simulator, planned.task, planned.controllers
     scene, everything, settings, control = planned.scene, planned.everything, planned.settings, planned.control_timestep
     engine = simulator.load()
-    check_parameters(f"simulator '{simulator.name}'", config.simulator_kwargs, simulator_defaults(engine))
+    check_keys(f"simulator '{simulator.name}'", config.simulator_kwargs, simulator_defaults(engine))
     simulation: Simulation = engine(
         everything,
         scene,
@@ -235,23 +231,13 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
 
 
 def needs_of_task(record: TaskRecord, task: Task, options: Collection[str] = ()) -> dict[str, Mapping[str, Level]]:
-    """Return the capabilities that a task requires, keyed by the task's description in error messages.
-
-    Args:
-        record: Record of the task.
-        task: Task built from the record and the user's keywords.
-        options: Names of the options passed to ``reset``.
-    """
+    """Return the capabilities that a task and the given reset options require, by their name in error messages."""
     who = f"task '{record.name}'" + (f", reset with {' and '.join(options)}" if options else "")
     return {who: {**record.needs, **task.reset_needs(options)}}
 
 
 def _check_pace(simulator: SimulatorRecord, num_envs: int, same_step: bool) -> None:
-    """Check that a paced simulator has a single environment and is not reset during a step.
-
-    Raises:
-        ParameterValueError: The simulator is paced, and there are several environments or a step may include a reset.
-    """
+    """Check that a paced simulator has a single environment and is not reset during a step."""
     if simulator.is_paced and num_envs > 1:
         rule = f"1, because simulator '{simulator.name}' is paced and supports only one environment"
         raise ParameterValueError("num_envs", num_envs, rule)
@@ -290,11 +276,7 @@ def _log_losses(engine: type[Simulation], placement: Placement) -> None:
 
 
 def _check_apart(placements: Mapping[str, Placement]) -> None:
-    """Check that no two robots have the same position.
-
-    Raises:
-        ConflictingOptionsError: Two robots have the same position.
-    """
+    """Check that no two robots have the same position."""
     names: dict[tuple[float, ...], str] = {}
     for name, placement in placements.items():
         other = names.setdefault(placement.pose.pos, name)
@@ -317,19 +299,8 @@ def build(owner: str, cls: type[Any], parameters: Mapping[str, Any], others: Ite
     Raises:
         UnknownParameterError: The constructor does not accept one of the keywords.
     """
-    check_parameters(owner, parameters, parameter_defaults(cls), others)
+    check_keys(owner, parameters, parameter_defaults(cls), others)
     return cls(**parameters)
-
-
-def check_parameters(owner: str, given: Iterable[str], known: Iterable[str], others: Iterable[str] = ()) -> None:
-    """Check that all given keywords are known. For ``owner`` and ``others``, see :func:`build`.
-
-    Raises:
-        UnknownParameterError: A name is unknown.
-    """
-    for name in given:
-        if name not in known:
-            raise UnknownParameterError(owner, name, {*known, *others})
 
 
 def parameter_defaults(cls: type[Any]) -> dict[str, Any]:

@@ -10,16 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.description import Robot
-from frobs_core.kernel.robot_config import RobotConfig
-from frobs_core.plugins.records import ControllerDefaults, ControllerRecord, SimulatorRecord, TaskRecord
+from frobs_core.kernel.robot_config import RobotConfig, RobotKeywords
+from frobs_core.plugins.records import SimulatorRecord, TaskRecord
 from frobs_core.util.errors import (
     ConfigurationError,
     ConflictingOptionsError,
     MissingSettingError,
     ParameterValueError,
 )
-from frobs_core.util.validation import choice, whole_number
+from frobs_core.util.validation import check_mappings, check_type, choice, whole_number
 
 RENDER_MODES = ("rgb_array", "human")
 
@@ -29,40 +28,22 @@ MAX_THREADS = 1_024
 MAX_SIDE = 16_384
 """Maximum height and width of a rendered image [pixels]. A graphics card may support less."""
 
-_OF_A_ROBOT = (
-    *("robot", "controller", "controller_kwargs", "robot_args", "package_paths", "home", "tcp", "sensors"),
-    *("base", "differential_drive"),
-)
-"""Fields that configure a single robot."""
-
-_MAPPINGS = (
-    "controller_kwargs",
-    "simulator_kwargs",
-    "robot_args",
-    "package_paths",
-    "home",
-    "observations",
-    "task_parameters",
-)
+_ROBOT_FIELDS = [item.name for item in fields(RobotKeywords)]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class EnvConfig:
-    """Keywords of an environment.
+class EnvConfig(RobotKeywords):
+    """Keywords of an environment, which include the :class:`~frobs_core.kernel.robot_config.RobotKeywords` of its robot.
 
     :meth:`from_dict` and :meth:`to_dict` convert between a configuration and the flat keywords of ``gymnasium.make``,
     which include the task's parameters.
 
     Args:
         task: Name of the task, or a task record.
-        robot: Name of the robot, path of a URDF, xacro or MJCF file, or a robot description. ``"ARM+TOOL"`` attaches a
-            named tool to the tool center point of an arm, for example ``"irb120+parallel_gripper"``.
         robots: Configurations of several robots by name, instead of ``robot``. Each value is a robot's name or a
             mapping with the fields of :class:`frobs_core.kernel.robot_config.RobotConfig`, for example ``{"left": "irb120",
             "right": {"robot": "ur5", "controller": "joint_position"}}``. An entry that omits ``controller`` or
             ``controller_kwargs`` uses the environment's value of that field.
-        controller: Name of the controller, a controller record, or a mapping from joint groups to controllers; see
-            :class:`frobs_core.kernel.robot_config.RobotConfig`.
         simulator: Name of the simulator, or a simulator record.
         reward_type: One of the task's reward types, or None for the first reward type.
         render_mode: ``"rgb_array"``, ``"human"`` or None.
@@ -71,21 +52,8 @@ class EnvConfig:
         control_timestep: Time between two actions [s]. Defaults to the controller's timestep, or to the task's timestep
             if the controller does not define a timestep.
         physics_timestep: Duration of one engine step [s], or None for the task's default.
-        controller_kwargs: Keywords of the controller. If ``controller`` is a mapping, ``controller_kwargs`` maps joint
-            groups to keywords.
         simulator_kwargs: Keywords of the simulator, such as the solver. ``frobs show simulator:NAME`` lists the
             keywords.
-        robot_args: Arguments for the robot's xacro file.
-        package_paths: Folders of the ROS packages that the robot's model file refers to, by package name.
-        home: Rest positions by joint name [rad or m]. Omitted joints keep the robot's default.
-        tcp: Link that serves as the tool center point, or None for the robot's default.
-        sensors: Overrides of sensor settings, by sensor name, for example ``{"lidar": {"rays": 36, "noise": 0.01}}``;
-            see :mod:`frobs_core.sensing.sensors`.
-        base: Type of the robot's base: ``"fixed"``, ``"floating"`` if the root link moves freely, or ``"wheeled"`` if
-            it moves on wheels. Defaults to the robot's base type.
-        differential_drive: Differential drive of a robot whose description does not define one, for example ``{"left":
-            ["wheel_l"], "right": ["wheel_r"], "separation": 0.3, "wheel_radius": 0.05, "max_linear_velocity": 0.5,
-            "max_angular_velocity": 2.0}`` [m, m/s, rad/s].
         observations: Observation terms to add to the task's terms, by name, for example ``{"joints": {"type":
             "joint_efforts"}, "wrist": {"camera": "overview", "size": [84, 84]}}``; see :mod:`frobs_core.kernel.added_terms`. A
             value of None drops the task's term with that name, and ``{"*": None}`` drops all task terms except goals.
@@ -98,8 +66,6 @@ class EnvConfig:
     """
 
     task: str | TaskRecord
-    robot: str | Robot = ""
-    controller: str | ControllerRecord | Mapping[str, str | ControllerRecord | None] = ""
     robots: Mapping[str, Any] | None = None
     simulator: str | SimulatorRecord = "mujoco"
     reward_type: str | None = None
@@ -108,48 +74,23 @@ class EnvConfig:
     render_size: tuple[int, int] = (480, 640)
     control_timestep: float | None = None
     physics_timestep: float | None = None
-    controller_kwargs: Mapping[str, Any] = field(default_factory=dict)
     simulator_kwargs: Mapping[str, Any] = field(default_factory=dict)
-    robot_args: Mapping[str, str] = field(default_factory=dict)
-    package_paths: Mapping[str, str] = field(default_factory=dict)
-    home: Mapping[str, float] = field(default_factory=dict)
-    tcp: str | None = None
-    sensors: Mapping[str, Any] | None = None
-    base: str | None = None
-    differential_drive: Mapping[str, Any] | None = None
     observations: Mapping[str, Any] = field(default_factory=dict)
     num_threads: int = 0
     randomize: Mapping[str, Any] | None = None
     task_parameters: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name in _MAPPINGS:
-            if getattr(self, name) is None:
-                object.__setattr__(self, name, {})
-        _check(self, (str, TaskRecord), "a name or a TaskRecord", "task")
-        _check(self, (str, Robot), "a name, the path of a model file or a Robot", "robot")
-        _check(
-            self,
-            (str, ControllerRecord, Mapping),
-            "a name, a ControllerRecord or a mapping from joint groups to controllers",
-            "controller",
-        )
-        _check(self, (str, SimulatorRecord), "a name or a SimulatorRecord", "simulator")
-        _check(self, (str, type(None)), "a name or None", "reward_type", "camera", "tcp", "base")
-        _check(self, (Real, type(None)), "a number of seconds or None", "control_timestep", "physics_timestep")
-        _check(self, (Mapping, type(None)), "a mapping or None", "sensors", "randomize", "robots", "differential_drive")
-        _check(self, Mapping, "a mapping", *_MAPPINGS)
-        if isinstance(self.controller_kwargs, ControllerDefaults):
-            object.__setattr__(self, "controller_kwargs", self.controller_kwargs.of(self.controller))
+        super().__post_init__()
+        check_type(self, (str, TaskRecord), "a name or a TaskRecord", "task")
+        check_type(self, (str, SimulatorRecord), "a name or a SimulatorRecord", "simulator")
+        check_type(self, (str, type(None)), "a name or None", "reward_type", "camera")
+        check_type(self, (Real, type(None)), "a number of seconds or None", "control_timestep", "physics_timestep")
+        check_mappings(self, "simulator_kwargs", "observations", "task_parameters")
+        check_mappings(self, "randomize", "robots", optional=True)
         whole_number("num_threads", self.num_threads, highest=MAX_THREADS)
         if self.render_mode is not None:
             choice("render_mode", self.render_mode, RENDER_MODES)
-        for name in (*_MAPPINGS, "sensors", "randomize", "robots", "differential_drive"):
-            if not all(isinstance(key, str) for key in getattr(self, name) or ()):
-                raise ParameterValueError(name, getattr(self, name), "a mapping whose keys are strings")
-        for joint, position in self.home.items():
-            if not isinstance(position, Real) or isinstance(position, bool):
-                raise ParameterValueError(f"home of joint '{joint}'", position, "a number [rad or m]")
         size = tuple(self.render_size) if isinstance(self.render_size, Iterable) else ()
         if len(size) != 2 or not all(isinstance(side, int | np.integer) and 0 < side <= MAX_SIDE for side in size):
             raise ParameterValueError("render_size", self.render_size, f"(height, width) in pixels, up to {MAX_SIDE:,}")
@@ -160,8 +101,7 @@ class EnvConfig:
         """Create a configuration from flat keywords. Keywords that are not fields become task parameters.
 
         Raises:
-            ConfigurationError: A value has the wrong type.
-            MissingSettingError: ``task`` is missing.
+            ConfigurationError: A value has the wrong type, or ``task`` is missing.
         """
         if "task" not in keywords:
             raise MissingSettingError("this environment", "a task", "pass it as task='…'")
@@ -176,10 +116,10 @@ class EnvConfig:
                 for a single robot.
             ConfigurationError: An entry of ``robots`` is invalid.
         """
-        own = {name: getattr(self, name) for name in _OF_A_ROBOT}
+        own = {name: getattr(self, name) for name in _ROBOT_FIELDS}
         if self.robots is None:
             return {"robot": RobotConfig(**own)}
-        for name in _OF_A_ROBOT:
+        for name in _ROBOT_FIELDS:
             if name not in ("controller", "controller_kwargs") and own[name]:
                 raise ConflictingOptionsError([name, "robots"], f"set '{name}' in each entry of robots instead")
         if not self.robots:
@@ -210,13 +150,6 @@ _DEFAULTS = {
 }
 KEYWORDS = frozenset(_DEFAULTS) - {"task_parameters"}
 """Names of the keywords that every environment accepts, regardless of its task."""
-
-
-def _check(config: EnvConfig, types: Any, wanted: str, *names: str) -> None:
-    for name in names:
-        value = getattr(config, name)
-        if not isinstance(value, types) or isinstance(value, bool):
-            raise ParameterValueError(name, value, wanted)
 
 
 def _plain(name: str, value: Any) -> Any:

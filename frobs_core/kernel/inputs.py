@@ -9,7 +9,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.util.arrays import Action, Floats
-from frobs_core.util.errors import InvalidActionError, ParameterValueError, ResetOptionError, UnknownParameterError
+from frobs_core.util.errors import InvalidActionError, ParameterValueError, ResetOptionError, check_keys
 
 
 def as_numbers(action: Any, dtype: type[np.generic], space: gym.Space[Any]) -> Action:
@@ -75,9 +75,9 @@ def batch_options(options: Mapping[str, Any] | None, known: Sequence[str], num_e
         ConfigurationError: A value is not finite, or has the wrong number of rows.
     """
     batched = {}
-    for name, value in option_mapping(options).items():
-        if name not in known:
-            raise UnknownParameterError("reset(options=…)", str(name), known)
+    given = option_mapping(options)
+    check_keys("reset(options=…)", given, known)
+    for name, value in given.items():
         try:
             array = np.asarray(value, np.float64)
         except (TypeError, ValueError, OverflowError):

@@ -10,7 +10,7 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.contracts import Controller, Snapshot, Task
+from frobs_core.contracts import Controller, Snapshot, Stateful, Task
 from frobs_core.description import Observation
 from frobs_core.kernel.compose import Parts
 from frobs_core.kernel.inputs import batch_options
@@ -24,7 +24,7 @@ observation is valid only until the next step.
 """
 
 
-class Loop:
+class Loop(Stateful):
     """Control loop that runs the steps and episodes of ``num_envs`` environments.
 
     A single environment is a batch of size 1.
@@ -77,11 +77,9 @@ class Loop:
         return np.concatenate([read() for read in self._reads], axis=1).astype(np.float32)
 
     def batch_options(self, options: Mapping[str, Any] | None) -> Mapping[str, Floats]:
-        """Validate the reset options and repeat them for every environment.
+        """Validate the reset options and repeat them for every environment; see :func:`~frobs_core.kernel.inputs.batch_options`.
 
         Raises:
-            UnknownParameterError: The task does not accept one of the options.
-            ConfigurationError: A value is invalid.
             CapabilityError: The simulator does not support a capability that a reset with these options requires.
         """
         batched = batch_options(options, self.task.reset_options, self.num_envs)
@@ -140,21 +138,9 @@ class Loop:
                 info[keys[name]] = values
         return observation, reward, terminated, self.simulation.diverged, info
 
-    def snapshot(self) -> Snapshot:
-        """Return the complete state of all parts."""
-        return {
-            f"{name}/{key}": array for name, part in self._stateful().items() for key, array in part.snapshot().items()
-        }
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot in all parts."""
-        for name, part in self._stateful().items():
-            start = f"{name}/"
-            part.restore({key.removeprefix(start): array for key, array in snapshot.items() if key.startswith(start)})
-
     def restore_rows(self, mask: Mask, snapshot: Snapshot, rows: npt.NDArray[np.int64]) -> None:
         """Restore the n environments selected by ``mask``, except their random streams, from ``rows`` of a snapshot."""
-        for name, part in self._stateful().items():
+        for name, part in self.stored_parts().items():
             if part is self.rng:
                 continue
             state = part.snapshot()
@@ -162,7 +148,8 @@ class Loop:
                 state[key] = _put_rows(array, mask, snapshot[f"{name}/{key}"][rows])
             part.restore(state)
 
-    def _stateful(self) -> dict[str, Any]:
+    def stored_parts(self) -> dict[str, Any]:
+        """Return all parts of the environment that have a state."""
         parts = {
             "simulation": self.simulation,
             "task": self.task,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields, replace
+from numbers import Real
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -21,11 +22,11 @@ from frobs_core.models import (
     pose_from_array,
 )
 from frobs_core.models.load import find_reader
-from frobs_core.plugins.records import ControllerRecord, Record
+from frobs_core.plugins.records import ControllerDefaults, ControllerRecord, Record
 from frobs_core.sensing.sensors.settings import apply_settings
-from frobs_core.util.errors import MissingSettingError, ParameterValueError, UnknownNameError, UnknownParameterError
+from frobs_core.util.errors import MissingSettingError, ParameterValueError, check_keys, check_name
 from frobs_core.util.rotations import quat_from_rpy
-from frobs_core.util.validation import choice, number_list, positive
+from frobs_core.util.validation import check_fields, check_mappings, check_type, choice, number_list, positive
 
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 
@@ -36,9 +37,9 @@ _TOUCHING = 1e-3  # [m] distance from the floor; bases within this distance are 
 _MODEL_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
 
 
-@dataclass(frozen=True, kw_only=True)
-class RobotConfig:
-    """Configuration of one robot in an environment.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RobotKeywords:
+    """Keywords of one robot, which an environment with a single robot accepts as its own.
 
     Args:
         robot: Name of the robot, path of a URDF, xacro or MJCF file, or a robot description. ``"ARM+TOOL"`` attaches a
@@ -52,13 +53,18 @@ class RobotConfig:
         package_paths: Folders of the ROS packages that the robot's model file refers to, by package name.
         home: Rest positions by joint name [rad or m]. Omitted joints keep the robot's default.
         tcp: Link that serves as the tool center point, or None for the robot's default.
-        sensors: Overrides of sensor settings, by sensor name; see :mod:`frobs_core.sensing.sensors`.
-        base: Type of the base: ``"fixed"``, ``"floating"`` or ``"wheeled"``, or None for the robot's default.
+        sensors: Overrides of sensor settings, by sensor name, for example ``{"lidar": {"rays": 36, "noise": 0.01}}``;
+            see :mod:`frobs_core.sensing.sensors`.
+        base: Type of the robot's base: ``"fixed"``, ``"floating"`` if the root link moves freely, or ``"wheeled"`` if
+            it moves on wheels. Defaults to the robot's base type.
         differential_drive: Differential drive of a robot whose description does not define one, as a mapping with the
-            fields of :class:`~frobs_core.description.DifferentialDrive`. With this setting, the base is wheeled, and all
-            links on the floor except the wheels slide without friction.
-        pose: Base pose in the world frame, ``{"pos": [x, y, z], "rpy": [roll, pitch, yaw]}`` [m, rad]. Defaults to the
-            task's pose.
+            fields of :class:`~frobs_core.description.DifferentialDrive`, for example ``{"left": ["wheel_l"], "right":
+            ["wheel_r"], "separation": 0.3, "wheel_radius": 0.05, "max_linear_velocity": 0.5, "max_angular_velocity":
+            2.0}`` [m, m/s, rad/s]. With this setting, the base is wheeled, and all links on the floor except the wheels
+            slide without friction.
+
+    Raises:
+        ConfigurationError: A value has the wrong type.
     """
 
     robot: str | Robot = ""
@@ -71,6 +77,34 @@ class RobotConfig:
     sensors: Mapping[str, Any] | None = None
     base: str | None = None
     differential_drive: Mapping[str, Any] | None = None
+
+    def __post_init__(self) -> None:
+        check_type(self, (str, Robot), "a name, the path of a model file or a Robot", "robot")
+        check_type(
+            self,
+            (str, ControllerRecord, Mapping),
+            "a name, a ControllerRecord or a mapping from joint groups to controllers",
+            "controller",
+        )
+        check_type(self, (str, type(None)), "a name or None", "tcp", "base")
+        check_mappings(self, "controller_kwargs", "robot_args", "package_paths", "home")
+        check_mappings(self, "sensors", "differential_drive", optional=True)
+        for joint, position in self.home.items():
+            if not isinstance(position, Real) or isinstance(position, bool):
+                raise ParameterValueError(f"home of joint '{joint}'", position, "a number [rad or m]")
+        if isinstance(self.controller_kwargs, ControllerDefaults):
+            object.__setattr__(self, "controller_kwargs", self.controller_kwargs.of(self.controller))
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotConfig(RobotKeywords):
+    """Configuration of one robot in an environment: its :class:`RobotKeywords` and its pose.
+
+    Args:
+        pose: Base pose in the world frame, ``{"pos": [x, y, z], "rpy": [roll, pitch, yaw]}`` [m, rad]. Defaults to the
+            task's pose.
+    """
+
     pose: Mapping[str, Any] | None = None
 
     @classmethod
@@ -91,10 +125,7 @@ class RobotConfig:
             value = {"robot": value}
         if not isinstance(value, Mapping):
             raise ParameterValueError(f"robots.{name}", value, "the name of a robot, or a mapping of settings")
-        known = [item.name for item in fields(cls)]
-        for key in value:
-            if key not in known:
-                raise UnknownParameterError(f"robots.{name}", str(key), known)
+        check_keys(f"robots.{name}", value, [item.name for item in fields(cls)])
         return cls(**{**defaults, **value})
 
     def describe(self) -> Robot:
@@ -118,30 +149,18 @@ class RobotConfig:
         return replace(description, **changes)
 
     def _drive(self) -> DifferentialDrive:
-        given, known = self.differential_drive or {}, [item.name for item in fields(DifferentialDrive)]
-        required = [item.name for item in fields(DifferentialDrive) if item.default is MISSING]
-        for key in given:
-            if key not in known:
-                raise UnknownParameterError("differential_drive", str(key), known)
-        missing = [key for key in required if key not in given]
-        if missing:
-            raise MissingSettingError("differential_drive", ", ".join(missing), f"set all of {', '.join(known)}")
-        numbers: dict[str, Any] = {
-            key: positive(f"differential_drive.{key}", value)
-            for key, value in given.items()
-            if key not in ("left", "right")
-        }
-        wheels = {}
-        for side in ("left", "right"):
-            names = given[side]
-            wheels[side] = (
-                (names,) if isinstance(names, str) else tuple(names) if isinstance(names, list | tuple) else ()
+        given = dict(self.differential_drive or {})
+        check_fields("differential_drive", DifferentialDrive, given)
+        for key, value in given.items():
+            if key not in ("left", "right"):
+                given[key] = positive(f"differential_drive.{key}", value)
+                continue
+            given[key] = names = (
+                (value,) if isinstance(value, str) else tuple(value) if isinstance(value, list | tuple) else ()
             )
-            if not wheels[side] or not all(isinstance(name, str) for name in wheels[side]):
-                raise ParameterValueError(
-                    f"differential_drive.{side}", names, "the name of a joint, or a list of names"
-                )
-        return DifferentialDrive(left=wheels["left"], right=wheels["right"], **numbers)
+            if not names or not all(isinstance(name, str) for name in names):
+                raise ParameterValueError(f"differential_drive.{key}", value, "the name of a joint, or a list of names")
+        return DifferentialDrive(**given)
 
     def place(self, robot: Robot, model: RobotModel, pose: Pose, *, on_floor: bool) -> tuple[Robot, Pose]:
         """Return the robot description adapted to the scene, and the base pose in the world frame.
@@ -157,8 +176,7 @@ class RobotConfig:
             on_floor: Whether there is a floor at z = 0.
 
         Raises:
-            UnknownParameterError: ``pose`` has a key that is neither ``pos`` nor ``rpy``.
-            ParameterValueError: A value in ``pose`` does not consist of three finite numbers.
+            ConfigurationError: See :meth:`base_pose`.
             UnknownNameError: A wheel is not an actuated joint.
         """
         pose = self.base_pose(pose)
@@ -197,8 +215,7 @@ class RobotConfig:
                 chosen[groups[0]] = self.controller
             keywords = {groups[0]: self.controller_kwargs}
         for group in (*chosen, *keywords):
-            if group not in groups:
-                raise UnknownNameError(f"joint group of robot '{robot.name}'", group, groups)
+            check_name(f"joint group of robot '{robot.name}'", group, groups)
         found = {
             group: (find_record(ControllerRecord, "controller", part), keywords.get(group, {}))
             for group in groups
@@ -217,9 +234,7 @@ class RobotConfig:
         """
         if self.pose is None:
             return default
-        for key in self.pose:
-            if key not in ("pos", "rpy"):
-                raise UnknownParameterError("pose", str(key), ("pos", "rpy"))
+        check_keys("pose", self.pose, ("pos", "rpy"))
         x, y, z = number_list("pose.pos", self.pose.get("pos", (0.0, 0.0, 0.0)), 3)
         a, b, c, d = quat_from_rpy(number_list("pose.rpy", self.pose.get("rpy", (0.0, 0.0, 0.0)), 3)).tolist()
         return Pose((x, y, z), (a, b, c, d))
@@ -265,18 +280,12 @@ def _named(robot: str | Robot) -> Robot:
 def _links_of_wheels(robot: str, drive: DifferentialDrive, model: RobotModel) -> list[str]:
     driven = {*drive.left, *drive.right}
     for wheel in driven:
-        if wheel not in model.joint_names:
-            raise UnknownNameError(f"actuated joint of '{robot}'", wheel, model.joint_names)
+        check_name(f"actuated joint of '{robot}'", wheel, model.joint_names)
     return [joint.child for joint in model.joints if joint.name in driven]
 
 
 def find_record(cls: type[AnyRecord], kind: str, part: str | Record) -> AnyRecord:
-    """Return a record by its name. A record is returned unchanged.
-
-    Args:
-        cls: Class of the record.
-        kind: Kind of the record, such as ``"controller"``.
-        part: Name or record.
+    """Return a record of a class and kind by its name. A record is returned unchanged.
 
     Raises:
         UnknownNameError: No plugin provides the name.

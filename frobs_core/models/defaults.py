@@ -14,7 +14,7 @@ from frobs_core.models.kinematics import joint_path, moved
 from frobs_core.models.model import Joint, JointType, RobotModel
 from frobs_core.models.tree import outward
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import ParameterValueError, UnknownNameError
+from frobs_core.util.errors import ParameterValueError, check_name
 from frobs_core.util.random import RandomSource
 from frobs_core.util.rotations import matrix_from_quat, quat_rotate
 
@@ -47,8 +47,7 @@ def home_positions(model: RobotModel, home: Mapping[str, float]) -> Floats:
         ConfigurationError: A position is outside the joint's limits or not finite.
     """
     for name in home:
-        if name not in model.joint_names:
-            raise UnknownNameError(f"actuated joint of '{model.name}'", name, model.joint_names)
+        check_name(f"actuated joint of '{model.name}'", name, model.joint_names)
     positions = np.zeros(len(model.actuated_joints))
     for i, joint in enumerate(model.actuated_joints):
         low, high = joint.limits.lower, joint.limits.upper

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from frobs_core.models.model import Joint, JointType, Pose, RobotModel
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import ParameterValueError, UnknownNameError
+from frobs_core.util.errors import ParameterValueError, check_name
 from frobs_core.util.rotations import matrix_from_quat, quat_conjugate, quat_from_matrix, quat_multiply, quat_rotate
 
 MOVING = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
@@ -107,14 +107,9 @@ def _mixing(angle: Floats) -> tuple[Floats, Floats]:
 
 
 def make_chain(model: RobotModel, frame: str) -> Chain:
-    """Precompute the constants of the path from the root to a link.
-
-    Raises:
-        UnknownNameError: The link does not exist.
-    """
+    """Precompute the constants of the path from the root to a link."""
     links = [link.name for link in model.links]
-    if frame not in links:
-        raise UnknownNameError("link", frame, links)
+    check_name("link", frame, links)
     columns, multipliers, offsets, slides, frames, origins = [], [], [], [], [], []
     state = pose_array(Pose())  # fixed transform since the last moving joint
     for joint in joint_path(model, frame):

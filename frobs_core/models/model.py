@@ -292,17 +292,9 @@ class RobotModel:
         return {}
 
     def frame_pose(self, frame: str, joint_positions: Floats) -> tuple[Floats, Floats]:
-        """Return the pose of a link relative to the root link.
+        """Return the pose of a link relative to the root link: pos (n, 3) [m] and quat_wxyz (n, 4).
 
-        Args:
-            frame: Name of a link.
-            joint_positions: Joint positions, (n, dof) [rad or m], in the order of :attr:`joint_names`.
-
-        Returns:
-            pos (n, 3) [m] and quat_wxyz (n, 4).
-
-        Raises:
-            UnknownNameError: The link does not exist.
+        For the arguments and errors, see :func:`frobs_core.models.forward_kinematics`.
         """
         from frobs_core.models.kinematics import forward_kinematics
 

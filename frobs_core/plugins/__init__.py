@@ -4,7 +4,7 @@
 - ``loading`` imports one plugin, calls its hooks, and validates its records.
 - ``known`` lists the names that each distribution of this project provides.
 - ``report`` contains the result of loading a plugin.
-- ``requirements`` checks the requirements of a distribution, including the versions of the core that it supports.
+- ``requirements`` determines which versions of the core a distribution supports.
 - ``collection`` loads plugins in isolation, stores the reports, and looks up names.
 
 The functions of this module use the collection of all installed plugins, which :func:`isolated` temporarily replaces.
@@ -22,7 +22,7 @@ from frobs_core.plugins.known import install_command
 from frobs_core.plugins.loading import import_plugin, read_records
 from frobs_core.plugins.records import Record
 from frobs_core.plugins.report import PluginReport, environment_ids
-from frobs_core.plugins.requirements import core_versions, has_upper_bound, is_made_for, missing
+from frobs_core.plugins.requirements import core_versions, is_made_for
 from frobs_core.util.errors import PluginError
 
 __getattr__ = moved_names(__name__)
@@ -36,13 +36,11 @@ __all__ = [
     "environment_ids",
     "get_record",
     "get_report",
-    "has_upper_bound",
     "import_plugin",
     "importable",
     "install_command",
     "is_made_for",
     "isolated",
-    "missing",
     "normalize",
     "read_records",
     "records",
@@ -83,11 +81,7 @@ def records(kind: str) -> Mapping[str, Record]:
 
 
 def importable(kind: str) -> list[str]:
-    """Return the names of importable records of a kind, such as simulators whose engine is installed.
-
-    Raises:
-        UnknownNameError: The kind does not exist.
-    """
+    """Return the names of importable records of a kind, such as simulators whose engine is installed."""
     found = []
     for name, record in records(kind).items():
         with suppress(PluginError):

@@ -22,7 +22,14 @@ from frobs_core.plugins.loading import import_plugin, read_records
 from frobs_core.plugins.records import RECORDS, Record
 from frobs_core.plugins.report import PluginReport, environment_ids
 from frobs_core.plugins.requirements import core_versions, is_made_for
-from frobs_core.util.errors import AmbiguousNameError, PluginError, PluginLoadError, UnknownNameError, nearest
+from frobs_core.util.errors import (
+    AmbiguousNameError,
+    PluginError,
+    PluginLoadError,
+    UnknownNameError,
+    check_name,
+    nearest,
+)
 
 STRICT = "FROBS_STRICT_PLUGINS"
 """Environment variable that makes a broken plugin raise an error, unless its value is empty, 0, false, no or off."""
@@ -88,13 +95,7 @@ class Plugins:
         return self._reports
 
     def records(self, kind: str) -> Mapping[str, Record]:
-        """Return the records of a kind by name.
-
-        If two distributions provide the same name, both records are listed as ``"distribution:name"``.
-
-        Raises:
-            UnknownNameError: The kind does not exist.
-        """
+        """Return the records of a kind by name; see :func:`frobs_core.plugins.records`."""
         found = {}
         for name, offers in self._offers_of(kind).items():
             for distribution, report in offers.items():
@@ -103,12 +104,7 @@ class Plugins:
         return MappingProxyType(dict(sorted(found.items())))
 
     def get_record(self, kind: str, name: str) -> Record:
-        """Return the record with a given name or ``"distribution:name"``.
-
-        Raises:
-            UnknownNameError: No record of this kind has the given name.
-            AmbiguousNameError: Two distributions provide the name.
-        """
+        """Return the record with a given name; see :func:`frobs_core.plugins.get_record`."""
         return _record(self.get_report(kind, name), kind, name.rpartition(":")[2])
 
     def get_report(self, kind: str, name: str) -> PluginReport:
@@ -145,8 +141,7 @@ class Plugins:
     def _offers_of(self, kind: str) -> Mapping[str, Mapping[str, PluginReport]]:
         """For each name of a kind, return the reports of the plugins that provide the name, by distribution."""
         self.reports()
-        if kind not in self._offers:
-            raise UnknownNameError("kind", kind, self._offers)
+        check_name("kind", kind, self._offers)
         return self._offers[kind]
 
     def candidates(self) -> list[Candidate]:
@@ -214,7 +209,12 @@ class Plugins:
             )
             warn(warning)
         return PluginReport.of(
-            candidate, "loaded", import_seconds=seconds, records=records, made_for=made_for, warning=warning
+            candidate,
+            "loaded",
+            import_seconds=seconds,
+            records=MappingProxyType(records),
+            made_for=made_for,
+            warning=warning,
         )
 
     def _is_strict(self) -> bool:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Any
 
 from frobs_core.plugins.discovery import Candidate
 from frobs_core.plugins.records import RECORDS, Record, TaskRecord
@@ -36,10 +37,10 @@ class PluginReport:
     version: str
     module: str
     state: str
-    cause: str
-    traceback: str
-    import_seconds: float
-    records: Mapping[str, tuple[Record, ...]]
+    cause: str = ""
+    traceback: str = ""
+    import_seconds: float = 0.0
+    records: Mapping[str, tuple[Record, ...]] = field(default_factory=lambda: _NO_RECORDS)
     made_for: str = ""
     warning: str = ""
 
@@ -54,32 +55,9 @@ class PluginReport:
         return environment_ids(self.records)
 
     @classmethod
-    def of(
-        cls,
-        candidate: Candidate,
-        state: str,
-        *,
-        cause: str = "",
-        traceback: str = "",
-        import_seconds: float = 0.0,
-        records: Mapping[str, tuple[Record, ...]] = _NO_RECORDS,
-        made_for: str = "",
-        warning: str = "",
-    ) -> PluginReport:
-        """Return the report for an entry point."""
-        return cls(
-            name=candidate.name,
-            distribution=candidate.distribution,
-            version=candidate.version,
-            module=candidate.value,
-            state=state,
-            cause=cause,
-            traceback=traceback,
-            import_seconds=import_seconds,
-            records=MappingProxyType(dict(records)),
-            made_for=made_for,
-            warning=warning,
-        )
+    def of(cls, candidate: Candidate, state: str, **fields: Any) -> PluginReport:
+        """Return the report for an entry point. The keywords are the other fields of the report."""
+        return cls(candidate.name, candidate.distribution, candidate.version, candidate.value, state, **fields)
 
 
 def environment_ids(records: Mapping[str, tuple[Record, ...]]) -> tuple[str, ...]:

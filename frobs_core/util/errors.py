@@ -22,8 +22,7 @@ Class hierarchy::
     │   ├── SceneError              a scene is inconsistent, or the simulator cannot build it
     │   ├── PhysicsParameterError   a physical parameter has an invalid value or cannot be changed
     │   ├── ObservationTermError    an observation term is invalid
-    │   ├── SensorSettingError      the settings of a sensor are invalid
-    │   ├── RandomizationError      the settings in randomize=… are invalid
+    │   ├── SettingError            a setting in sensors=… or randomize=… is invalid
     │   ├── UnsuitableRobotError    a task, controller or tool cannot use this robot
     │   ├── IncompatibleSpaceError  an algorithm, wrapper or controller cannot use this space
     │   ├── ModelMismatchError      a trained model or run was made for a different environment
@@ -123,9 +122,7 @@ class PluginLoadError(PluginError):
     """
 
     def __init__(self, plugin: str, distribution: str, cause: str) -> None:
-        self.plugin = plugin
-        self.distribution = distribution
-        self.cause = cause
+        self.plugin, self.distribution, self.cause = plugin, distribution, cause
         super().__init__(f"plugin '{plugin}' of {distribution} did not load: {cause}")
 
 
@@ -161,6 +158,12 @@ class UnknownNameError(PluginError):
         super().__init__(text)
 
 
+def check_name(kind: str, name: str, available: Iterable[str]) -> None:
+    """Raise :class:`UnknownNameError` unless the name exists. For the arguments, see there."""
+    if name not in available:
+        raise UnknownNameError(kind, name, available)
+
+
 class AmbiguousNameError(PluginError):
     """Two distributions provide the same name.
 
@@ -172,9 +175,7 @@ class AmbiguousNameError(PluginError):
     """
 
     def __init__(self, kind: str, name: str, distributions: Sequence[str], ways: Sequence[str] = ()) -> None:
-        self.kind = kind
-        self.name = name
-        self.distributions = tuple(distributions)
+        self.kind, self.name, self.distributions = kind, name, tuple(distributions)
         self.ways = tuple(ways) or tuple(f"{d.split()[0]}:{name}" for d in self.distributions)
         super().__init__(
             f"{kind} '{name}' is provided by {' and by '.join(self.distributions)}; "
@@ -196,10 +197,19 @@ class UnknownParameterError(ConfigurationError):
     """
 
     def __init__(self, owner: str, name: str, available: Iterable[str]) -> None:
-        self.owner = owner
-        self.name = name
-        self.available = tuple(sorted(available))
+        self.owner, self.name, self.available = owner, name, tuple(sorted(available))
         super().__init__(f"{owner} has no parameter '{name}'.{_hint(name, self.available)}")
+
+
+def check_keys(owner: str, given: Iterable[object], available: Iterable[str], others: Iterable[str] = ()) -> None:
+    """Raise :class:`UnknownParameterError` for the first keyword that is not available. For the arguments, see there.
+
+    ``others`` are further keywords that the message may suggest.
+    """
+    known = tuple(available)
+    for name in given:
+        if name not in known:
+            raise UnknownParameterError(owner, str(name), {*known, *others})
 
 
 class ParameterValueError(ConfigurationError):
@@ -214,10 +224,7 @@ class ParameterValueError(ConfigurationError):
     """
 
     def __init__(self, name: str, value: object, rule: str, owner: str = "") -> None:
-        self.name = name
-        self.value = value
-        self.rule = rule
-        self.owner = owner
+        self.name, self.value, self.rule, self.owner = name, value, rule, owner
         shown = value.item() if getattr(value, "shape", None) == () else value  # type: ignore[attr-defined]
         super().__init__(f"{f'{owner}: ' if owner else ''}{name} is {shown!r}; it must be {rule}.")
 
@@ -232,9 +239,7 @@ class MissingSettingError(ConfigurationError):
     """
 
     def __init__(self, owner: str, name: str, advice: str = "") -> None:
-        self.owner = owner
-        self.name = name
-        self.advice = advice
+        self.owner, self.name, self.advice = owner, name, advice
         super().__init__(f"{owner} needs {name}{f'; {advice}' if advice else ''}.")
 
 
@@ -247,8 +252,7 @@ class ConflictingOptionsError(ConfigurationError):
     """
 
     def __init__(self, options: Sequence[str], advice: str = "choose one") -> None:
-        self.options = tuple(options)
-        self.advice = advice
+        self.options, self.advice = tuple(options), advice
         super().__init__(f"{' and '.join(self.options)} cannot be combined; {advice}.")
 
 
@@ -261,8 +265,7 @@ class CommandLineError(ConfigurationError):
     """
 
     def __init__(self, argument: str, reason: str) -> None:
-        self.argument = argument
-        self.reason = reason
+        self.argument, self.reason = argument, reason
         super().__init__(f"{argument}: {reason}")
 
 
@@ -275,8 +278,7 @@ class InvalidTimestepError(ConfigurationError):
     """
 
     def __init__(self, control_timestep: float, physics_timestep: float) -> None:
-        self.control_timestep = control_timestep
-        self.physics_timestep = physics_timestep
+        self.control_timestep, self.physics_timestep = control_timestep, physics_timestep
         text = f"control_timestep {control_timestep} s is not a whole multiple of physics_timestep {physics_timestep} s"
         if control_timestep > 0 and physics_timestep > 0:
             steps = max(1, round(control_timestep / physics_timestep))
@@ -296,9 +298,7 @@ class ConfigFileError(ConfigurationError):
     """
 
     def __init__(self, path: Path | str, line: int | None, reason: str) -> None:
-        self.path = Path(path)
-        self.line = line
-        self.reason = reason
+        self.path, self.line, self.reason = Path(path), line, reason
         super().__init__(f"{path}{f':{line}' if line else ''}: {reason}")
 
 
@@ -311,8 +311,7 @@ class MissingFileError(ConfigurationError):
     """
 
     def __init__(self, path: Path | str, advice: str) -> None:
-        self.path = Path(path)
-        self.advice = advice
+        self.path, self.advice = Path(path), advice
         super().__init__(f"{path} does not exist; {advice}.")
 
 
@@ -325,8 +324,7 @@ class TargetExistsError(ConfigurationError):
     """
 
     def __init__(self, path: Path | str, advice: str) -> None:
-        self.path = Path(path)
-        self.advice = advice
+        self.path, self.advice = Path(path), advice
         super().__init__(f"{path} exists; {advice}.")
 
 
@@ -340,9 +338,7 @@ class MissingDependencyError(ConfigurationError):
     """
 
     def __init__(self, purpose: str, packages: Sequence[str], command: str) -> None:
-        self.purpose = purpose
-        self.packages = tuple(packages)
-        self.command = local_install_hint(command)
+        self.purpose, self.packages, self.command = purpose, tuple(packages), local_install_hint(command)
         super().__init__(f"{purpose} needs {' and '.join(self.packages)}; install with: {self.command}")
 
 
@@ -355,8 +351,7 @@ class ResetOptionError(ConfigurationError):
     """
 
     def __init__(self, option: str, reason: str) -> None:
-        self.option = option
-        self.reason = reason
+        self.option, self.reason = option, reason
         super().__init__(f"reset option '{option}' {reason}")
 
 
@@ -369,8 +364,7 @@ class SceneError(ConfigurationError):
     """
 
     def __init__(self, element: str, reason: str) -> None:
-        self.element = element
-        self.reason = reason
+        self.element, self.reason = element, reason
         super().__init__(f"{element} {reason}")
 
 
@@ -384,37 +378,20 @@ class PhysicsParameterError(ConfigurationError):
     """
 
     def __init__(self, parameter: str, target: str, reason: str) -> None:
-        self.parameter = parameter
-        self.target = target
-        self.reason = reason
+        self.parameter, self.target, self.reason = parameter, target, reason
         super().__init__(f"{parameter} of '{target}' {reason}")
 
 
-class SensorSettingError(ConfigurationError):
-    """The settings of a sensor are invalid.
+class SettingError(ConfigurationError):
+    """A setting of a sensor or of the randomization is invalid.
 
     Args:
-        sensor: Name of the sensor.
-        reason: The problem and how to fix it.
-    """
-
-    def __init__(self, sensor: str, reason: str) -> None:
-        self.sensor = sensor
-        self.reason = reason
-        super().__init__(f"sensors.{sensor}: {reason}")
-
-
-class RandomizationError(ConfigurationError):
-    """The settings in ``randomize=…`` are invalid.
-
-    Args:
-        place: Location of the setting, such as ``"randomize.mass[1].scale"``.
+        place: Location of the setting, such as ``"sensors.lidar"`` or ``"randomize.mass[1].scale"``.
         reason: The problem and how to fix it.
     """
 
     def __init__(self, place: str, reason: str) -> None:
-        self.place = place
-        self.reason = reason
+        self.place, self.reason = place, reason
         super().__init__(f"{place}: {reason}")
 
 
@@ -427,8 +404,7 @@ class ObservationTermError(ConfigurationError):
     """
 
     def __init__(self, term: str, reason: str) -> None:
-        self.term = term
-        self.reason = reason
+        self.term, self.reason = term, reason
         super().__init__(f"the observation term '{term}' {reason}")
 
 
@@ -442,9 +418,7 @@ class UnsuitableRobotError(ConfigurationError):
     """
 
     def __init__(self, robot: str, reason: str, owner: str = "") -> None:
-        self.robot = robot
-        self.reason = reason
-        self.owner = owner
+        self.robot, self.reason, self.owner = robot, reason, owner
         super().__init__(f"{f'{owner}: ' if owner else ''}robot '{robot}' {reason}")
 
 
@@ -462,9 +436,7 @@ class IncompatibleSpaceError(ConfigurationError):
     """
 
     def __init__(self, owner: str, space: object, reason: str) -> None:
-        self.owner = owner
-        self.space = space
-        self.reason = reason
+        self.owner, self.space, self.reason = owner, space, reason
         super().__init__(f"{owner} {reason}")
 
 
@@ -479,10 +451,7 @@ class ModelMismatchError(ConfigurationError):
     """
 
     def __init__(self, model: Path | str, name: str, saved: object, found: object) -> None:
-        self.model = model
-        self.name = name
-        self.saved = saved
-        self.found = found
+        self.model, self.name, self.saved, self.found = model, name, saved, found
         super().__init__(f"{model} was trained with {name} {saved}, but the environment has {found}.")
 
 
@@ -495,8 +464,7 @@ class PolicyExportError(ConfigurationError):
     """
 
     def __init__(self, policy: str, reason: str) -> None:
-        self.policy = policy
-        self.reason = reason
+        self.policy, self.reason = policy, reason
         super().__init__(f"{policy} cannot be exported: {reason}")
 
 
@@ -509,8 +477,7 @@ class CapabilityError(FrobsError):
     """
 
     def __init__(self, simulator: str, missing: Sequence[tuple[str, str, str, str]]) -> None:
-        self.simulator = simulator
-        self.missing = tuple(missing)
+        self.simulator, self.missing = simulator, tuple(missing)
         rows = [("needed by", "capability", "needed", f"{simulator} has"), *self.missing]
         widths = [max(len(row[i]) for row in rows) for i in range(4)]
         table = "\n".join(
@@ -544,9 +511,7 @@ class ModelFileError(FrobsError):
     def __init__(self, path: Path | str, reason: str, line: int | None = None) -> None:
         if len(reason) > _LONGEST_REASON:  # a file from a stranger may contain names of any length
             reason = f"{reason[: _LONGEST_REASON // 2]} … {reason[-_LONGEST_REASON // 2 :]}"
-        self.path = Path(path)
-        self.reason = reason
-        self.line = line
+        self.path, self.reason, self.line = Path(path), reason, line
         super().__init__(f"{path}{f':{line}' if line else ''}: {reason}")
 
 
@@ -583,8 +548,7 @@ class RenderingUnavailableError(SimulationError):
     """
 
     def __init__(self, reason: str, package: str) -> None:
-        self.reason = reason
-        self.package = package
+        self.reason, self.package = reason, package
         super().__init__(f"cannot render: {reason}. Install the Debian package: apt-get install {package}")
 
 
@@ -602,9 +566,7 @@ class NonFiniteValueError(RunError):
     """
 
     def __init__(self, owner: str, reason: str, fix: str) -> None:
-        self.owner = owner
-        self.reason = reason
-        self.fix = fix
+        self.owner, self.reason, self.fix = owner, reason, fix
         super().__init__(f"{owner} {reason}; {fix}.")
 
 
@@ -621,6 +583,5 @@ class UntrustedFileError(FrobsError):
     """
 
     def __init__(self, path: Path | str, reason: str) -> None:
-        self.path = Path(path)
-        self.reason = reason
+        self.path, self.reason = Path(path), reason
         super().__init__(f"{path}: {reason}; if you trust the source of this file, pass --trust or trust=True.")

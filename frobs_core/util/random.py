@@ -28,14 +28,9 @@ Words = npt.NDArray[np.uint64]
 
 
 def philox4x32(counter: Sequence[Any], key: Sequence[Any]) -> tuple[Any, Any, Any, Any]:
-    """Compute Philox 4×32-10 for integers or for broadcastable arrays of :data:`Words`.
+    """Return the four 32-bit words of Philox 4×32-10, given four words of a counter and two of a key.
 
-    Args:
-        counter: Four 32-bit words.
-        key: Two 32-bit words.
-
-    Returns:
-        Four 32-bit words.
+    The words are integers or broadcastable arrays of :data:`Words`.
     """
     c0, c1, c2, c3 = counter
     k0, k1 = key

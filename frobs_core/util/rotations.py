@@ -22,15 +22,7 @@ _CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 
 
 def quat_multiply(first: npt.ArrayLike, second: npt.ArrayLike) -> Floats:
-    """Return the rotation that applies ``second`` and then ``first``.
-
-    Args:
-        first: (…, 4)
-        second: (…, 4)
-
-    Returns:
-        (…, 4)
-    """
+    """Return the rotation, (…, 4), that applies ``second``, (…, 4), and then ``first``, (…, 4)."""
     first, second = np.asarray(first, float), np.asarray(second, float)
     return joined(multiply_components(*components(first), *components(second)), first, second)
 
@@ -42,29 +34,13 @@ def quat_conjugate(quat_wxyz: npt.ArrayLike) -> Floats:
 
 
 def quat_rotate(quat_wxyz: npt.ArrayLike, vector: npt.ArrayLike) -> Floats:
-    """Rotate vectors.
-
-    Args:
-        quat_wxyz: (…, 4), of length 1.
-        vector: (…, 3)
-
-    Returns:
-        (…, 3)
-    """
+    """Return vectors (…, 3) rotated by unit quaternions (…, 4)."""
     quat_wxyz, vector = np.asarray(quat_wxyz, float), np.asarray(vector, float)
     return joined(rotate_components(*components(quat_wxyz), *components(vector)), quat_wxyz, vector)
 
 
 def cross(first: Floats, second: Floats) -> Floats:
-    """Return cross products. The results are bit-identical to ``np.cross``, which is several times slower.
-
-    Args:
-        first: (…, 3)
-        second: (…, 3)
-
-    Returns:
-        (…, 3)
-    """
+    """Return cross products of vectors, (…, 3). They are bit-identical to ``np.cross``, which is several times slower."""
     return joined(cross_components(*components(first), *components(second)), first, second)
 
 
@@ -79,19 +55,9 @@ def cross_components(a: Number, b: Number, c: Number, p: Number, q: Number, r: N
 def multiply_components(
     w1: Number, x1: Number, y1: Number, z1: Number, w2: Number, x2: Number, y2: Number, z2: Number
 ) -> tuple[Number, Number, Number, Number]:
-    """Return the product of two quaternions as w, x, y and z.
+    """Return the product of two quaternions as w, x, y and z, (…) each.
 
     For a single product, Python floats are faster than arrays.
-
-    Args:
-        w1: Scalar part of the first quaternion, (…).
-        x1: First component of the first quaternion's vector part, (…).
-        y1: (…)
-        z1: (…)
-        w2: Scalar part of the second quaternion, (…).
-        x2: (…)
-        y2: (…)
-        z2: (…)
     """
     return (
         w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
@@ -104,16 +70,9 @@ def multiply_components(
 def rotate_components(
     w: Number, x: Number, y: Number, z: Number, a: Number, b: Number, c: Number
 ) -> tuple[Number, Number, Number]:
-    """Rotate the vector (a, b, c) by a unit quaternion. For a single vector, Python floats are faster than arrays.
+    """Rotate the vector (a, b, c) by the unit quaternion (w, x, y, z), whose components have the shape (…).
 
-    Args:
-        w: Scalar part of the quaternion, (…).
-        x: First component of the quaternion's vector part, (…).
-        y: (…)
-        z: (…)
-        a: First component of the vector, (…).
-        b: (…)
-        c: (…)
+    For a single vector, Python floats are faster than arrays.
     """
     p, q, r = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
     return a + w * p + (y * r - z * q), b + w * q + (z * p - x * r), c + w * r + (x * q - y * p)
@@ -137,14 +96,7 @@ def rpy_from_quat(quat_wxyz: npt.ArrayLike) -> tuple[float, float, float]:
 
 
 def quat_from_rpy(rpy: npt.ArrayLike) -> Floats:
-    """Return the quaternions for roll, pitch and yaw about fixed axes: R = Rz(yaw)·Ry(pitch)·Rx(roll).
-
-    Args:
-        rpy: (…, 3) [rad]
-
-    Returns:
-        (…, 4)
-    """
+    """Return quaternions (…, 4) for roll, pitch and yaw (…, 3) [rad] about fixed axes: R = Rz(yaw)·Ry(pitch)·Rx(roll)."""
     half = 0.5 * np.asarray(rpy, float)
     cr, cp, cy = components(np.cos(half))
     sr, sp, sy = components(np.sin(half))
@@ -158,15 +110,7 @@ def quat_from_rpy(rpy: npt.ArrayLike) -> Floats:
 
 
 def quat_from_axis_angle(axis: npt.ArrayLike, angle: npt.ArrayLike) -> Floats:
-    """Return the quaternions of rotations about unit axes.
-
-    Args:
-        axis: (…, 3), of length 1.
-        angle: (…) [rad]
-
-    Returns:
-        (…, 4)
-    """
+    """Return the quaternions (…, 4) of rotations about unit axes (…, 3) by angles (…) [rad]."""
     axis, half = np.asarray(axis, float), 0.5 * np.asarray(angle, float)
     vector = np.sin(half)[..., None] * axis
     scalar = np.broadcast_to(np.cos(half)[..., None], (*vector.shape[:-1], 1))
@@ -174,15 +118,9 @@ def quat_from_axis_angle(axis: npt.ArrayLike, angle: npt.ArrayLike) -> Floats:
 
 
 def quat_from_matrix(matrix: npt.ArrayLike) -> Floats:
-    """Return the quaternions of rotation matrices, with w ≥ 0.
+    """Return the unit quaternions (…, 4), with w ≥ 0, of rotation matrices (…, 3, 3).
 
     The largest of the four components is computed first (Shepperd 1978), so that no rotation loses precision.
-
-    Args:
-        matrix: (…, 3, 3)
-
-    Returns:
-        (…, 4), of length 1.
     """
     m = np.asarray(matrix, float)
     xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
@@ -205,14 +143,7 @@ def quat_from_matrix(matrix: npt.ArrayLike) -> Floats:
 
 
 def matrix_from_quat(quat_wxyz: npt.ArrayLike) -> Floats:
-    """Return the rotation matrices of unit quaternions.
-
-    Args:
-        quat_wxyz: (…, 4), of length 1.
-
-    Returns:
-        (…, 3, 3)
-    """
+    """Return the rotation matrices (…, 3, 3) of unit quaternions (…, 4)."""
     quat_wxyz = np.asarray(quat_wxyz, float)
     w, x, y, z = components(quat_wxyz)
     entries = (
@@ -224,14 +155,10 @@ def matrix_from_quat(quat_wxyz: npt.ArrayLike) -> Floats:
 
 
 def quat_difference(target: npt.ArrayLike, current: npt.ArrayLike) -> Floats:
-    """Return the shortest rotation from ``current`` to ``target``, as a vector in their common reference frame.
-
-    Args:
-        target: (…, 4), of length 1.
-        current: (…, 4), of length 1.
+    """Return the shortest rotations from ``current`` to ``target``, two unit quaternions (…, 4).
 
     Returns:
-        Rotation vectors (axis times angle), (…, 3) [rad], with lengths in [0, π].
+        Rotation vectors (axis times angle) in their common reference frame, (…, 3) [rad], with lengths in [0, π].
     """
     delta = quat_multiply(target, quat_conjugate(current))
     delta = np.where(delta[..., :1] < 0.0, -delta, delta)

@@ -1,8 +1,13 @@
-"""Validation of mappings with pydantic models, and of single values."""
+"""Validation of mappings with pydantic models, and of single values.
+
+The functions for single values return the value, or raise a :class:`~frobs_core.util.errors.ParameterValueError` that
+contains the name of the parameter, the value and the rule.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import MISSING, fields
 from typing import TYPE_CHECKING, Any, TypeVar, cast, get_args
 
 import numpy as np
@@ -14,6 +19,7 @@ from frobs_core.util.errors import (
     MissingSettingError,
     ParameterValueError,
     UnknownParameterError,
+    check_keys,
     nearest,
 )
 from frobs_core.util.yaml import find_origin
@@ -61,8 +67,7 @@ def validate(model: type[Model], settings: Mapping[str, Any], owner: str) -> Mod
 
 
 def _explain(owner: str, name: str, problem: Mapping[str, Any]) -> ConfigurationError:
-    """Return the error for a problem that pydantic reports."""
-    message, value = problem["msg"], problem["input"]
+    message, value = problem["msg"].removeprefix("Value error, "), problem["input"]
     if problem["type"] == "missing":
         return MissingSettingError(owner, name)
     if message.startswith("Input should be "):
@@ -70,16 +75,59 @@ def _explain(owner: str, name: str, problem: Mapping[str, Any]) -> Configuration
     return ConfigurationError(f"{owner}: {name} = {value!r}: {message}.")
 
 
-def finite(name: str, value: Any, unit: str = "") -> float:
-    """Return the value if it is a finite number.
-
-    Args:
-        name: Name of the parameter, used in the error message.
-        value: Value of the parameter.
-        unit: Unit of the parameter, used in the error message.
+def check_type(config: object, types: Any, rule: str, *names: str) -> None:
+    """Check that attributes of a configuration have one of some types, none of which is boolean.
 
     Raises:
-        ConfigurationError: The value is not a finite number.
+        ParameterValueError: An attribute has another type. ``rule`` describes the valid values.
+    """
+    for name in names:
+        value = getattr(config, name)
+        if not isinstance(value, types) or isinstance(value, bool):
+            raise ParameterValueError(name, value, rule)
+
+
+def check_mappings(config: object, *names: str, optional: bool = False) -> None:
+    """Check that attributes of a configuration are mappings with strings as keys.
+
+    Args:
+        config: The configuration, which may be frozen.
+        names: Names of the attributes.
+        optional: Whether None is valid. If not, an empty mapping replaces None.
+
+    Raises:
+        ParameterValueError: An attribute is not such a mapping.
+    """
+    for name in names:
+        if getattr(config, name) is None and not optional:
+            object.__setattr__(config, name, {})
+        value = getattr(config, name)
+        if not isinstance(value, Mapping | None):
+            raise ParameterValueError(name, value, f"a mapping{' or None' if optional else ''}")
+        if not all(isinstance(key, str) for key in value or ()):
+            raise ParameterValueError(name, value, "a mapping whose keys are strings")
+
+
+def check_fields(owner: str, cls: type[Any], settings: Mapping[str, Any]) -> None:
+    """Check that settings contain only fields of a dataclass, and every field without a default.
+
+    Raises:
+        UnknownParameterError: There is no field with a given name.
+        MissingSettingError: A field without a default is missing.
+    """
+    check_keys(owner, settings, [item.name for item in fields(cls)])
+    required = [item.name for item in fields(cls) if item.default is MISSING and item.default_factory is MISSING]
+    if missing := [name for name in required if name not in settings]:
+        raise MissingSettingError(owner, ", ".join(missing))
+
+
+def finite(name: str, value: Any, unit: str = "") -> float:
+    """Return a finite number.
+
+    Args:
+        name: Name of the parameter.
+        value: Value of the parameter.
+        unit: Unit of the parameter.
     """
     if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not np.isfinite(value):
         raise ParameterValueError(name, value, f"a finite number{unit and f' [{unit}]'}")
@@ -87,33 +135,21 @@ def finite(name: str, value: Any, unit: str = "") -> float:
 
 
 def positive(name: str, value: Any, unit: str = "") -> float:
-    """Return the value if it is a finite number above 0. For the arguments, see :func:`finite`.
-
-    Raises:
-        ConfigurationError: The value is not a finite number above 0.
-    """
+    """Return a finite number above 0. For the arguments, see :func:`finite`."""
     if finite(name, value, unit) <= 0.0:
         raise ParameterValueError(name, value, f"above 0{unit and f' [{unit}]'}")
     return float(value)
 
 
 def non_negative(name: str, value: Any, unit: str = "") -> float:
-    """Return the value if it is a finite number that is not negative. For the arguments, see :func:`finite`.
-
-    Raises:
-        ConfigurationError: The value is not a finite number, or is negative.
-    """
+    """Return a finite number of at least 0. For the arguments, see :func:`finite`."""
     if finite(name, value, unit) < 0.0:
         raise ParameterValueError(name, value, f"0 or more{unit and f' [{unit}]'}")
     return float(value)
 
 
 def whole_number(name: str, value: Any, lowest: int = 0, highest: int | None = None) -> int:
-    """Return the value if it is a whole number in [lowest, highest].
-
-    Raises:
-        ParameterValueError: The value is not a whole number in this range.
-    """
+    """Return a whole number in [lowest, highest]."""
     is_whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
     if not is_whole or value < lowest or (highest is not None and value > highest):
         limits = f"of at least {lowest}" if highest is None else f"from {lowest} to {highest:,}"
@@ -122,11 +158,7 @@ def whole_number(name: str, value: Any, lowest: int = 0, highest: int | None = N
 
 
 def choice(name: str, value: Any, choices: Iterable[str]) -> str:
-    """Return the value if it is one of the given names.
-
-    Raises:
-        ConfigurationError: The value is not one of the names.
-    """
+    """Return a value that is one of the given names."""
     known = list(choices)
     if value not in known:
         close = nearest(str(value), known)
@@ -136,41 +168,22 @@ def choice(name: str, value: Any, choices: Iterable[str]) -> str:
 
 
 def boolean(name: str, value: Any) -> bool:
-    """Return the value if it is True or False.
-
-    Raises:
-        ConfigurationError: The value is not a boolean.
-    """
+    """Return True or False."""
     if not isinstance(value, bool | np.bool_):
         raise ParameterValueError(name, value, "true or false")
     return bool(value)
 
 
 def number_list(name: str, value: Any, count: int | None = None) -> tuple[float, ...]:
-    """Return the value if it is a list of finite numbers.
-
-    Args:
-        name: Name of the parameter, used in the error message.
-        value: Value of the parameter.
-        count: Required number of elements, or None to accept any non-empty list.
-
-    Raises:
-        ConfigurationError: The value is not a list of finite numbers or has the wrong length.
-    """
+    """Return a list of ``count`` finite numbers, or, if ``count`` is None, of at least one."""
     given = list(value) if isinstance(value, Iterable) and not isinstance(value, str | bytes | dict) else []
     if not given or count not in (None, len(given)):
-        wanted = "a list of numbers" if count is None else f"{count} numbers"
-        raise ParameterValueError(name, value, wanted)
+        raise ParameterValueError(name, value, "a list of numbers" if count is None else f"{count} numbers")
     return tuple(finite(f"{name}[{i}]", number) for i, number in enumerate(given))
 
 
 def box(low_name: str, low: Any, high_name: str, high: Any) -> tuple[Floats, Floats]:
-    """Return the corners of a box, (3,) [m] each.
-
-    Raises:
-        ConfigurationError: A corner does not consist of three finite numbers, or ``low`` is not below ``high`` on every
-            axis.
-    """
+    """Return the corners of a box, (3,) [m] each, of which the first is below the second on every axis."""
     lowest, highest = np.array(number_list(low_name, low, 3)), np.array(number_list(high_name, high, 3))
     if not (lowest < highest).all():
         raise ParameterValueError(

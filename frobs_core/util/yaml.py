@@ -168,8 +168,6 @@ def _compose(text: str, path: Path) -> Node | None:
 
 
 class _Builder:
-    """Converts nodes to values."""
-
     def __init__(self, path: Path) -> None:
         self._path = path
         self._meter = Meter("YAML file", self._refuse)

@@ -128,7 +128,7 @@ from frobs_core.plugins.records import AbilityRecord, ParameterRecord, SensorTyp
 @dataclass(frozen=True, kw_only=True)
 class Gauge(Sensor):
     type_name: ClassVar[str] = "gage"
-    instrument: ClassVar[str] = "frobs_core.sensing.sensors.lidar:LidarInstrument"
+    instrument: ClassVar[str] = "frobs_core.sensing.sensors.instruments:LidarInstrument"
 
 
 @hookimpl

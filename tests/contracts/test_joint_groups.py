@@ -15,7 +15,7 @@ from frobs_core.util.errors import (
     ConflictingOptionsError,
     IncompatibleSpaceError,
     MissingSettingError,
-    RandomizationError,
+    SettingError,
     UnknownNameError,
     UnknownParameterError,
     UnsuitableRobotError,
@@ -173,7 +173,7 @@ def test_an_impedance_controller_yields_like_a_spring(gripping, simulator):
 
 
 def test_a_controller_at_the_physics_rate_cannot_be_delayed(gripping):
-    with pytest.raises(RandomizationError, match="physics rate"):
+    with pytest.raises(SettingError, match="physics rate"):
         make(gripping, controller={"arm": "tcp_impedance"}, randomize={"action_delay": {"steps": 1}})
 
 

@@ -12,8 +12,7 @@ import pytest
 from frobs_core.contracts import CommandMode
 from frobs_core.description import Body, Placement, Robot, Scene, Sensor
 from frobs_core.models import Box, Pose
-from frobs_core.sensing.sensors import Sensors
-from frobs_core.sensing.sensors.contacts import with_contacts
+from frobs_core.sensing.sensors import Sensors, with_contacts
 from frobs_core.util.random import RandomSource
 from frobs_devkit.testing.simulator.robots import ROVER, model_of
 from frobs_sim_mujoco.simulation import MujocoSimulation

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from frobs_core.contracts.control import Control
-from frobs_core.contracts.simulation import Snapshot
+from frobs_core.contracts.stateful import Snapshot, Stateful
 from frobs_core.sensing.randomization.distribution import Distribution
 from frobs_core.sensing.randomization.schedule import Draw, Sample
 from frobs_core.sensing.randomization.settings import Setting
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import RandomizationError
+from frobs_core.util.errors import SettingError
 from frobs_core.util.random import RandomSource
 
 
-class ActionDelay:
+class ActionDelay(Stateful):
     """Delay of all robot commands by a random number of control steps.
 
     Until the first command arrives, the drives hold the reset positions, zero velocity or zero effort, depending on the
@@ -26,12 +26,12 @@ class ActionDelay:
         control_timestep: [s]
 
     Raises:
-        RandomizationError: A controller computes a new command at every physics step.
+        SettingError: A controller computes a new command at every physics step.
     """
 
     def __init__(self, setting: Setting, control: Control, control_timestep: float) -> None:
         if control.physics_rate:
-            raise RandomizationError(
+            raise SettingError(
                 setting.place,
                 "the commands of a controller that runs at the physics rate cannot be delayed; remove this setting.",
             )
@@ -44,6 +44,7 @@ class ActionDelay:
         # Commands of each robot, (num_envs, longest delay + 1, 1 or decimation, dof), newest first.
         self._histories: list[Floats] = [np.zeros((num_envs, depth, 1, robot.dof)) for robot in self._robots]
         self._each = np.arange(num_envs)
+        self.draws = [self.draw]
 
     def begin(self, rng: RandomSource, mask: Mask) -> None:
         """Draw delays for new episodes, and fill the histories with commands that hold the robots in place.
@@ -72,15 +73,13 @@ class ActionDelay:
         arriving: Floats = history[self._each, self.draw.numbers.astype(np.intp)]
         return arriving[:, 0] if arriving.shape[1] == 1 else arriving
 
-    def snapshot(self) -> Snapshot:
-        """Return the commands that have not taken effect yet, and the current delays."""
-        histories = zip(self._names, self._histories, strict=True)
-        return {**{f"action_delay/{name}": history.copy() for name, history in histories}, **self.draw.snapshot()}
+    def stored_arrays(self) -> Snapshot:
+        """Return the commands that have not taken effect yet."""
+        return dict(zip(self._names, self._histories, strict=True))
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self._histories = [snapshot[f"action_delay/{name}"].copy() for name in self._names]
-        self.draw.restore(snapshot)
+        """Restore a snapshot, in which the commands may have another number of rows per step."""
+        self._histories = [snapshot[name].copy() for name in self._names]
 
 
 def whole_steps(distribution: Distribution) -> Sample:

@@ -46,17 +46,7 @@ class Distribution:
         return max(array.size for array in (self.low, self.high, self.mean, self.std))
 
     def draw(self, rng: RandomSource, stream: str, width: int, mask: Mask | None) -> Floats:
-        """Draw numbers for the n environments selected by ``mask``.
-
-        Args:
-            rng: Random source of the environment.
-            stream: Name of the random stream.
-            width: Number of values for each environment.
-            mask: Mask of the n environments.
-
-        Returns:
-            (n, width)
-        """
+        """Draw numbers, (n, width), from a random stream for the n environments selected by ``mask``."""
         match self.shape:
             case Shape.CONSTANT:
                 n = rng.num_envs if mask is None else int(np.count_nonzero(mask))

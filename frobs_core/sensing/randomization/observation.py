@@ -9,16 +9,16 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.contracts.simulation import Snapshot
+from frobs_core.contracts.stateful import Snapshot, Stateful
 from frobs_core.description import VECTORS, Observation
 from frobs_core.sensing.observation import Observations
 from frobs_core.sensing.randomization.delay import whole_steps
 from frobs_core.sensing.randomization.distribution import Distribution
-from frobs_core.sensing.randomization.schedule import Draw
+from frobs_core.sensing.randomization.schedule import Draw, Sample
 from frobs_core.sensing.randomization.settings import Setting
 from frobs_core.sensing.randomization.targets import matches
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import RandomizationError
+from frobs_core.util.errors import SettingError
 from frobs_core.util.random import RandomSource
 
 
@@ -37,28 +37,20 @@ class ObservedArray:
 
     def __init__(self, key: str, space: gym.spaces.Box, num_envs: int, depth: int) -> None:
         self.key = key
-        self._history = np.zeros((num_envs, depth, *space.shape), space.dtype)  # newest first
+        self.history = np.zeros((num_envs, depth, *space.shape), space.dtype)  # newest first
         self._low, self._high = (np.asarray(bound, np.float64) for bound in (space.low, space.high))
-        self._noise: list[tuple[slice, Draw, slice]] = []
-        self._delays: list[tuple[Any, Draw]] = []
+        self.noise: list[tuple[slice, Draw, slice]] = []  # columns, and the random numbers that are added to them
+        self.delays: list[tuple[Any, Draw]] = []  # columns, and the number of steps by which they are delayed
         self._each = np.arange(num_envs)
-
-    def add_noise(self, columns: slice, draw: Draw, numbers: slice) -> None:
-        """Add the random numbers of ``draw`` to the given columns as noise."""
-        self._noise.append((columns, draw, numbers))
-
-    def add_delay(self, columns: slice, draw: Draw) -> None:
-        """Delay the given columns by a random number of steps, which ``draw`` provides."""
-        self._delays.append(((slice(None), columns), draw))
 
     def begin(self, true: np.ndarray[Any, Any], mask: Mask) -> np.ndarray[Any, Any]:
         """Clear the history of the environments selected by ``mask``, and return all environments' observations."""
-        self._history[mask] = self._measure(true, mask)[:, None]
+        self.history[mask] = self._measure(true, mask)[:, None]
         return self.observed()
 
     def step(self, true: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
         """Store a new measurement and return the current observations."""
-        history = self._history
+        history = self.history
         if history.shape[1] > 1:
             history[:, 1:] = history[:, :-1].copy()
         history[:, 0] = self._measure(true, slice(None))
@@ -66,32 +58,24 @@ class ObservedArray:
 
     def observed(self) -> np.ndarray[Any, Any]:
         """Return the current observations, (num_envs, …), as a new array."""
-        observed = self._history[:, 0].copy()
-        for columns, draw in self._delays:
-            late = self._history[self._each, draw.numbers.astype(np.intp)]
+        observed = self.history[:, 0].copy()
+        for columns, draw in self.delays:
+            late = self.history[self._each, draw.numbers.astype(np.intp)]
             observed[columns] = late[columns]
         return observed
 
     def _measure(self, true: np.ndarray[Any, Any], rows: Mask | slice) -> np.ndarray[Any, Any]:
-        if not self._noise:
+        if not self.noise:
             return true[rows]
         measured = true[rows].astype(np.float64)
-        for columns, draw, numbers in self._noise:
+        for columns, draw, numbers in self.noise:
             measured[:, columns] += draw.numbers[rows, numbers]
-        for columns, _, _ in self._noise:  # measurements are clipped to the observation's bounds
+        for columns, _, _ in self.noise:  # measurements are clipped to the observation's bounds
             np.clip(measured[:, columns], self._low[columns], self._high[columns], out=measured[:, columns])
         return measured.astype(true.dtype)
 
-    def snapshot(self) -> Snapshot:
-        """Return the stored measurements."""
-        return {f"measured/{self.key}": self._history.copy()}
 
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self._history[:] = snapshot[f"measured/{self.key}"]
-
-
-class ObservedArrays:
+class ObservedArrays(Stateful):
     """The arrays of an observation that have noise or delay.
 
     Args:
@@ -127,11 +111,6 @@ class ObservedArrays:
             self._add_delay(setting)
         self._changing = [draw for draw in self.draws if draw.changes_in_episode]
 
-    @property
-    def terms(self) -> set[str]:
-        """Keys of the affected arrays. If the observation is a single array, its key is ``"observation"``."""
-        return set(self.arrays)
-
     def begin(self, rng: RandomSource, true: Observation, mask: Mask) -> Observation:
         """Begin episodes in the environments selected by ``mask``, and return the observations."""
         for draw in self.draws:
@@ -155,7 +134,7 @@ class ObservedArrays:
         found = matches(setting.targets or ("*",), names, f"observation term of {setting.place}")
         for i in found:
             if names[i] in self._imperfect:
-                raise RandomizationError(
+                raise SettingError(
                     setting.place,
                     f"the observation term '{names[i]}' reads a sensor that already has noise, delay or other "
                     "imperfections; set noise and delay either for the sensor or in randomize.",
@@ -165,7 +144,7 @@ class ObservedArrays:
     def _find_array(self, key: str, setting: Setting) -> tuple[ObservedArray, gym.spaces.Box]:
         space: Any = self._space[key] if isinstance(self._space, gym.spaces.Dict) else self._space
         if not isinstance(space, gym.spaces.Box):
-            raise RandomizationError(
+            raise SettingError(
                 setting.place, f"the observation '{key}' has the space {space}; noise and delays require a Box."
             )
         if key not in self.arrays:
@@ -177,52 +156,36 @@ class ObservedArrays:
         for name, (key, columns) in self._named(setting).items():
             array, space = self._find_array(key, setting)
             if len(space.shape) != 1 or space.dtype.kind != "f":
-                raise RandomizationError(
+                raise SettingError(
                     setting.place, f"the observation '{key}' has the space {space}; noise requires a vector of floats."
                 )
             numbers = slice(start, start := start + columns.stop - columns.start)
             places.append((name, array, columns, numbers))
         if setting.distribution.width not in (1, start):
-            raise RandomizationError(
+            raise SettingError(
                 setting.place,
                 f"the setting has {setting.distribution.width} numbers for {start} columns; write one number, or one "
                 "number for each column.",
             )
-        sample = partial(_sample, setting.distribution, start)
-        draw = self._add_draw(Draw(setting.stream, setting.schedule, sample, self._zeros(start), self._timestep))
+        draw = self._add_draw(setting, partial(_sample, setting.distribution, start), start)
         for name, array, columns, numbers in places:
-            array.add_noise(columns, draw, numbers)
+            array.noise.append((columns, draw, numbers))
             if not draw.changes_in_episode:
                 self.constant[f"{setting.stream}: {name}"] = draw, numbers
 
     def _add_delay(self, setting: Setting) -> None:
-        sample = whole_steps(setting.distribution)
-        draw = self._add_draw(Draw(setting.stream, setting.schedule, sample, self._zeros(), self._timestep))
+        draw = self._add_draw(setting, whole_steps(setting.distribution))
         for key, columns in self._named(setting).values():
-            self._find_array(key, setting)[0].add_delay(columns, draw)
+            self._find_array(key, setting)[0].delays.append(((slice(None), columns), draw))
 
-    def _add_draw(self, draw: Draw) -> Draw:
-        self.draws.append(draw)
-        return draw
+    def _add_draw(self, setting: Setting, sample: Sample, *shape: int) -> Draw:
+        zeros = np.zeros((self._num_envs, *shape))
+        self.draws.append(Draw(setting.stream, setting.schedule, sample, zeros, self._timestep))
+        return self.draws[-1]
 
-    def _zeros(self, *shape: int) -> Floats:
-        return np.zeros((self._num_envs, *shape))
-
-    def snapshot(self) -> Snapshot:
-        """Return the stored measurements and the current random numbers."""
-        state: Snapshot = {}
-        for array in self.arrays.values():
-            state |= array.snapshot()
-        for draw in self.draws:
-            state |= draw.snapshot()
-        return state
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        for array in self.arrays.values():
-            array.restore(snapshot)
-        for draw in self.draws:
-            draw.restore(snapshot)
+    def stored_arrays(self) -> Snapshot:
+        """Return the stored measurements."""
+        return {key: array.history for key, array in self.arrays.items()}
 
 
 def _sample(distribution: Distribution, width: int, rng: RandomSource, stream: str, mask: Mask | None) -> Floats:

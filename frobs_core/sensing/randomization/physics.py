@@ -9,12 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from frobs_core.contracts import CommandMode, Simulation
-from frobs_core.contracts.simulation import Snapshot
+from frobs_core.contracts.stateful import Snapshot, Stateful
 from frobs_core.sensing.randomization.schedule import Draw
 from frobs_core.sensing.randomization.settings import CAPABILITY, Setting
 from frobs_core.sensing.randomization.targets import find_units, matches
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import RandomizationError
+from frobs_core.util.errors import SettingError
 from frobs_core.util.random import RandomSource
 
 _LEAST = {"mass": 0.01, "size": 0.01}
@@ -35,7 +35,7 @@ _WITHOUT_EFFECT = {
 }
 
 
-class PhysicalParameter:
+class PhysicalParameter(Stateful):
     """Randomization of one physical parameter for all objects that have this parameter.
 
     Settings are applied in order. The first setting changes the nominal value, and each subsequent setting changes the
@@ -61,10 +61,10 @@ class PhysicalParameter:
         robots: Sequence[str],
         control_timestep: float,
     ) -> None:
-        self._name, self._simulation, self._robots = name, simulation, robots
+        self.name, self._simulation, self._robots = name, simulation, robots
         modes = {mode for robot in robots for mode in simulation.robots[robot].command_modes}
         if modes and all((name, mode) in _WITHOUT_EFFECT for mode in modes):
-            raise RandomizationError(
+            raise SettingError(
                 settings[0].place,
                 f"this setting has no effect, because "
                 f"{_WITHOUT_EFFECT[name, modes.pop()]}; remove the setting, or choose another controller.",
@@ -113,41 +113,37 @@ class PhysicalParameter:
 
         The values have the shape (num_envs,), or (num_envs, 3) for gravity.
         """
-        if self._name == "gravity":
+        if self.name == "gravity":
             yield "gravity", self.current.copy()
             return
         for column in self.touched:
-            yield f"{self._name}/{self.names[column]}", self.current[:, column].copy()
+            yield f"{self.name}/{self.names[column]}", self.current[:, column].copy()
 
-    def snapshot(self) -> Snapshot:
-        """Return the current values."""
-        return {f"{self._name}/current": self.current.copy()}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot. The simulation's own snapshot restores the values in the engine."""
-        self.current[:] = snapshot[f"{self._name}/current"]
+    def stored_arrays(self) -> Snapshot:
+        """Return the current values. The simulation's own snapshot restores the values in the engine."""
+        return {"current": self.current}
 
     def _columns(self, setting: Setting) -> list[int]:
-        if self._name == "gravity":
+        if self.name == "gravity":
             return [0, 1, 2]
-        patterns = setting.targets or ([f"{robot}/*" for robot in self._robots] if self._name in _OF_ROBOTS else ["*"])
+        patterns = setting.targets or ([f"{robot}/*" for robot in self._robots] if self.name in _OF_ROBOTS else ["*"])
         found = matches(patterns, self.names, f"target of {setting.place}")
         if setting.change == "scale" and not self._changes and not self.nominal[:, found].any():
-            raise RandomizationError(
+            raise SettingError(
                 setting.place,
-                f"the nominal {self._name} of {', '.join(self.names[c] for c in found)} is 0, so "
+                f"the nominal {self.name} of {', '.join(self.names[c] for c in found)} is 0, so "
                 "scale has no effect; use add or set.",
             )
         return found
 
     def _draw(self, setting: Setting, columns: npt.NDArray[np.intp], control_timestep: float) -> Draw:
-        vector = self._name == "gravity"
+        vector = self.name == "gravity"
         shared = setting.shared or (vector and setting.change == "scale")
         width = 1 if shared else len(columns)
         given = setting.distribution.width
         if given != 1 and (not vector or given != width):
             one = "one number, or (except for a scale) three numbers for x, y and z" if vector else "one number"
-            raise RandomizationError(setting.place, f"a bound has {given} numbers; for each bound, write {one}.")
+            raise SettingError(setting.place, f"a bound has {given} numbers; for each bound, write {one}.")
         sample = partial(_sample, setting, width)
         return Draw(setting.stream, setting.schedule, sample, np.zeros((len(self.nominal), width)), control_timestep)
 
@@ -167,16 +163,16 @@ class PhysicalParameter:
         self.current[rows] = value
         mask = None if rows.all() else rows
         for target, its in self._writes:
-            self._simulation.write_parameter(self._name, target, value[:, its], mask)
+            self._simulation.write_parameter(self.name, target, value[:, its], mask)
 
     def _floor(self, settings: Sequence[Setting]) -> Floats | None:
         """Return the minimum values, (num_envs, columns), and reject settings whose values could fall below them.
 
         Draws from an unbounded distribution are clipped to the minimum values instead.
         """
-        if self._name == "gravity" or self._name not in CAPABILITY:
+        if self.name == "gravity" or self.name not in CAPABILITY:
             return None
-        least = self.nominal * _LEAST.get(self._name, 0.0)
+        least = self.nominal * _LEAST.get(self.name, 0.0)
         value = self.nominal.copy()
         for setting, (change, columns, _) in zip(settings, self._changes, strict=True):
             low = setting.distribution.low
@@ -191,10 +187,10 @@ class PhysicalParameter:
         wrong = np.flatnonzero((value < least).any(axis=0))
         if wrong.size:
             column = int(wrong[0])
-            bound = f"{_LEAST[self._name]:.0%} of the nominal {self._name}" if self._name in _LEAST else "0"
-            raise RandomizationError(
+            bound = f"{_LEAST[self.name]:.0%} of the nominal {self.name}" if self.name in _LEAST else "0"
+            raise SettingError(
                 settings[-1].place,
-                f"the {self._name} of {self.names[column]}, whose nominal value is {self.nominal[0, column]:.6g}, "
+                f"the {self.name} of {self.names[column]}, whose nominal value is {self.nominal[0, column]:.6g}, "
                 f"could become {value[0, column]:.6g}, which is below {bound}; narrow the range.",
             )
         return least

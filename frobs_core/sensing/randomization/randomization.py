@@ -10,7 +10,7 @@ import numpy as np
 
 from frobs_core.contracts import Simulation
 from frobs_core.contracts.control import Control
-from frobs_core.contracts.simulation import Snapshot
+from frobs_core.contracts.stateful import Snapshot, Stateful
 from frobs_core.description import Observation
 from frobs_core.sensing.observation import Observations
 from frobs_core.sensing.randomization.delay import ActionDelay
@@ -19,11 +19,11 @@ from frobs_core.sensing.randomization.physics import PhysicalParameter
 from frobs_core.sensing.randomization.schedule import Draw
 from frobs_core.sensing.randomization.settings import Settings, physical_parameters
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import RandomizationError
+from frobs_core.util.errors import SettingError
 from frobs_core.util.random import RandomSource
 
 
-class Randomization:
+class Randomization(Stateful):
     """Randomization that makes environments and episodes differ from each other.
 
     An environment's draws depend on its seed, episode and step and on the setting's own stream, but not on other
@@ -76,15 +76,10 @@ class Randomization:
             parameter.begin(rng, rows)
 
     def begin(self, rng: RandomSource, observation: Observation, mask: Mask | None) -> Observation:
-        """Draw delays and noise for new episodes. Call this method after the robot is placed.
+        """Draw delays and noise for episodes that begin in the environments selected by ``mask``.
 
-        Args:
-            rng: Random source of the environment.
-            observation: True observation of all environments, (num_envs, …).
-            mask: Environments in which an episode begins.
-
-        Returns:
-            The observations of all environments. Observations of environments outside the mask do not change.
+        Call this method after the robot is placed, with the true observation of all environments, (num_envs, …). The
+        result is the observation of all environments, which does not change for environments outside the mask.
         """
         rows = self._all if mask is None else mask
         if self._delay is not None:
@@ -124,16 +119,12 @@ class Randomization:
         """Keys of a dictionary observation that have noise or delay, or ``"observation"`` for a single array."""
         return frozenset(() if self._observed is None else self._observed.arrays)
 
-    def snapshot(self) -> Snapshot:
+    def stored_parts(self) -> Mapping[str, Stateful]:
         """Return all current values, and the commands and measurements that are still delayed."""
-        state: Snapshot = {}
-        for parameter in self._physics:
-            state |= parameter.snapshot()
-            for draw in parameter.draws:
-                state |= draw.snapshot()
-        for part in (self._delay, self._observed):
-            state |= {} if part is None else part.snapshot()
-        return state
+        late = {"action_delay": self._delay, "measured": self._observed}
+        draws = [draw for part in (*self._physics, *late.values()) if part is not None for draw in part.draws]
+        parts = {**{parameter.name: parameter for parameter in self._physics}, **late}
+        return {name: part for name, part in parts.items() if part is not None} | {draw.stream: draw for draw in draws}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Restore a snapshot.
@@ -143,15 +134,9 @@ class Randomization:
         """
         mine = self.snapshot().keys()
         if mine != snapshot.keys():
-            raise RandomizationError(
+            raise SettingError(
                 "randomize",
                 "the snapshot was taken with different randomization settings; differing entries: "
                 f"{sorted(mine ^ snapshot.keys())[:4]}.",
             )
-        for parameter in self._physics:
-            parameter.restore(snapshot)
-            for draw in parameter.draws:
-                draw.restore(snapshot)
-        for part in (self._delay, self._observed):
-            if part is not None:
-                part.restore(snapshot)
+        super().restore(snapshot)

@@ -8,9 +8,9 @@ from enum import StrEnum
 
 import numpy as np
 
-from frobs_core.contracts.simulation import Snapshot
+from frobs_core.contracts.stateful import Snapshot, Stateful
 from frobs_core.util.arrays import Floats, Mask, rows_of
-from frobs_core.util.errors import RandomizationError
+from frobs_core.util.errors import SettingError
 from frobs_core.util.random import RandomSource
 
 Sample = Callable[[RandomSource, str, Mask | None], Floats]
@@ -55,7 +55,7 @@ class Schedule:
         counts = [round(seconds / control_timestep) for seconds in self.interval]
         for seconds, count in zip(self.interval, counts, strict=True):
             if count < 1 or abs(count * control_timestep - seconds) > 1e-9 * seconds:
-                raise RandomizationError(
+                raise SettingError(
                     place,
                     f"an interval of {seconds} s is not a whole number of control steps of {control_timestep} s; "
                     f"{max(1, count) * control_timestep:.10g} s would work.",
@@ -63,7 +63,7 @@ class Schedule:
         return counts[0], counts[1]
 
 
-class Draw:
+class Draw(Stateful):
     """Numbers that are drawn repeatedly and stay constant between draws.
 
     Args:
@@ -91,22 +91,14 @@ class Draw:
         self._all = np.ones(len(numbers), np.bool_)
 
     def begin(self, rng: RandomSource, mask: Mask) -> Mask:
-        """Draw random numbers for new episodes of the environments selected by ``mask``.
-
-        Returns:
-            Mask of the environments for which numbers were drawn, (num_envs,) bool.
-        """
+        """Draw numbers for new episodes in the environments in ``mask``, and return a mask of those that got numbers."""
         rows = mask & (rng.episodes == 0) if self._when is When.START else mask
         if rows.any():
             self._draw(rng, rows)
         return rows
 
     def step(self, rng: RandomSource) -> Mask | None:
-        """Draw the numbers that are due.
-
-        Returns:
-            Mask of the environments for which numbers were drawn, (num_envs,) bool, or None if there are none.
-        """
+        """Draw the numbers that are due, and return a mask of the environments that got numbers, or None if none did."""
         rows = self._all if self._longest == 1 else rng.steps >= self._due
         if rows is not self._all and not rows.any():
             return None
@@ -121,13 +113,6 @@ class Draw:
             wait = low if low == high else rng.integers(f"{self.stream}/interval", low, high + 1, (), mask)
             self._due[rows] = rng.steps[rows] + np.asarray(wait, np.uint64)
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the current numbers and the times of the next draws."""
-        state: Snapshot = {f"{self.stream}/numbers": self.numbers.copy()}
-        return {**state, f"{self.stream}/due": self._due.copy()} if self.changes_in_episode else state
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self.numbers[:] = snapshot[f"{self.stream}/numbers"]
-        if self.changes_in_episode:
-            self._due[:] = snapshot[f"{self.stream}/due"]
+        return {"numbers": self.numbers, "due": self._due} if self.changes_in_episode else {"numbers": self.numbers}

@@ -14,23 +14,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
 from frobs_core import plugins
 from frobs_core.plugins.records import ParameterRecord
-from frobs_core.sensing.randomization.distribution import Distribution, Shape
-from frobs_core.sensing.randomization.reading import (
-    Problem,
-    read_distribution,
-    read_schedule,
-    read_steps,
-    read_targets,
-)
-from frobs_core.sensing.randomization.schedule import Schedule, When
-from frobs_core.util.errors import ConfigFileError, UnknownParameterError
+from frobs_core.sensing.randomization.distribution import Distribution
+from frobs_core.sensing.randomization.schedule import Schedule
+from frobs_core.util.errors import ConfigFileError, ConfigurationError, SettingError, check_keys
 from frobs_core.util.plain import plain
+from frobs_core.util.validation import validate
 from frobs_core.util.yaml import find_origin
 
 CAPABILITY: Mapping[str, str] = {
@@ -51,11 +45,7 @@ def physical_parameters() -> Mapping[str, str]:
     return {**added, **CAPABILITY}
 
 
-CHANGES = ("scale", "add", "set")
-"""Ways to apply a drawn number: multiply the value by it, add it to the value, or replace the value with it."""
-
-_WHOLE = ("scale", "add", "set", "target", "when", "every", "shared")
-_NEUTRAL = {"scale": 1.0, "add": 0.0, "set": None}
+_SPECIAL = ("action_delay", "observation_delay", "observation_noise")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -117,120 +107,63 @@ def read_settings(given: Mapping[str, Any] | None) -> Settings | None:
     """
     if not given:
         return None
-    try:
-        if not isinstance(given, Mapping):
-            raise Problem((), f"expected a mapping such as {{mass: {{scale: [0.8, 1.2]}}}}, got {given!r}.")
-        items: list[Setting] = []
-        for name, entry in given.items():
-            known = (*physical_parameters(), *_READERS)
-            if name not in known:
-                raise Problem((name,), UnknownParameterError("randomize", str(name), known))
-            read = _READERS.get(name, _read_physical)
-            items += read(name, entry)
-    except Problem as problem:
-        error = problem.as_error()
-        origin = find_origin(given, problem.keys) if isinstance(given, Mapping) else None
-        raise (ConfigFileError(*origin, str(error)) if origin else error) from None
+    if not isinstance(given, Mapping):
+        raise SettingError("randomize", f"expected a mapping such as {{mass: {{scale: [0.8, 1.2]}}}}, got {given!r}.")
+    items: list[Setting] = []
+    known = (*physical_parameters(), *_SPECIAL)
+    for name, entry in given.items():
+        try:
+            check_keys("randomize", [name], known)
+            items += _read(name, entry)
+        except ConfigurationError as error:
+            origin = find_origin(given, [name])
+            if origin is None or isinstance(error, ConfigFileError):
+                raise
+            raise ConfigFileError(*origin, str(error)) from None
     return Settings(plain(given, for_yaml=True), tuple(items))
 
 
-def _read_physical(parameter: str, entry: Any) -> list[Setting]:
+def _read(parameter: str, entry: Any) -> list[Setting]:
+    from frobs_core.sensing.randomization.reading import MODELS, PhysicalSetting
+
+    place = f"randomize.{parameter}"
+    is_noise = parameter == "observation_noise"
+    if parameter == "action_delay" and not isinstance(entry, Mapping):
+        raise SettingError(place, "expected a single mapping, not a list, because an action has only one delay.")
+    if is_noise and not (isinstance(entry, Mapping) and entry):
+        raise SettingError(place, f"expected a mapping such as {{joint_positions: {{normal: 0.005}}}}, got {entry!r}.")
+    terms = [(f"{place}.{term}", f"{parameter}/{term}", noise) for term, noise in entry.items()] if is_noise else []
     settings = []
-    for keys, mapping, stream in _each((parameter,), entry, parameter):
-        _check_keys(keys, mapping, _WHOLE if parameter != "gravity" else tuple(k for k in _WHOLE if k != "target"))
-        chosen = [change for change in CHANGES if change in mapping]
-        if len(chosen) != 1:
-            raise Problem(keys, f"expected exactly one of the keys {', '.join(CHANGES)}, got {chosen}.")
-        (change,) = chosen
-        shared = mapping.get("shared", False)
-        if not isinstance(shared, bool):
-            raise Problem((*keys, "shared"), f"expected true or false, got {shared!r}.")
+    for where, stream, mapping in _each(terms or [(place, parameter, entry)]):
+        model: Any = validate(MODELS.get(parameter, PhysicalSetting), mapping, where)
+        change, distribution = model.change()
         settings.append(
             Setting(
                 parameter=parameter,
-                place=Problem.place(keys),
+                place=where,
                 stream=stream,
-                targets=read_targets(keys, mapping),
+                targets=(stream.split("/")[1],) if is_noise else tuple(getattr(model, "target", ())),
                 change=change,
-                distribution=read_distribution((*keys, change), mapping[change], _NEUTRAL[change]),
-                schedule=read_schedule(keys, mapping, When.RESET),
-                shared=shared,
+                distribution=distribution,
+                schedule=model.schedule("step" if is_noise else "reset"),
+                shared=getattr(model, "shared", False),
             )
         )
     return settings
 
 
-def _read_delay(parameter: str, entry: Any) -> list[Setting]:
-    settings = []
-    of_actions = parameter == "action_delay"
-    for keys, mapping, stream in _each((parameter,), entry, parameter):
-        if of_actions and keys[-1] != parameter:
-            raise Problem((parameter,), "expected a single mapping, not a list, because an action has only one delay.")
-        _check_keys(keys, mapping, ("steps", "when", "every") if of_actions else ("steps", "target", "when", "every"))
-        settings.append(
-            Setting(
-                parameter=parameter,
-                place=Problem.place(keys),
-                stream=stream,
-                targets=read_targets(keys, mapping),
-                change="set",
-                distribution=read_steps(keys, mapping),
-                schedule=read_schedule(keys, mapping, When.RESET),
-            )
-        )
-    return settings
-
-
-def _read_noise(parameter: str, entry: Any) -> list[Setting]:
-    if not isinstance(entry, Mapping) or not entry:
-        raise Problem(
-            (parameter,), f"expected a mapping such as {{joint_positions: {{normal: 0.005}}}}, got {entry!r}."
-        )
-    settings = []
-    shapes = tuple(str(shape) for shape in Shape)
-    for term, noise in entry.items():
-        for keys, mapping, stream in _each((parameter, term), noise, f"{parameter}/{term}"):
-            _check_keys(keys, mapping, (*shapes, "mean", "bounds", "when", "every"))
-            settings.append(
-                Setting(
-                    parameter=parameter,
-                    place=Problem.place(keys),
-                    stream=stream,
-                    targets=(str(term),),
-                    change="add",
-                    distribution=read_distribution(
-                        keys, {key: mapping[key] for key in (*shapes, "mean", "bounds") if key in mapping}, 0.0
-                    ),
-                    schedule=read_schedule(keys, mapping, None),
+def _each(entries: Sequence[tuple[str, str, Any]]) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
+    """Yield the place and the random stream of each mapping in some entries, which are mappings or lists of mappings."""
+    for place, stream, entry in entries:
+        is_list = isinstance(entry, Sequence) and not isinstance(entry, str)
+        if is_list and not entry:
+            raise SettingError(place, "the list is empty; remove it or add a setting.")
+        for number, mapping in enumerate(entry if is_list else [entry]):
+            where = f"{place}[{number}]" if is_list else place
+            if not isinstance(mapping, Mapping) or not mapping:
+                raise SettingError(
+                    where,
+                    "expected a mapping such as {scale: [0.8, 1.2]} (for a delay: {steps: 2}, for the noise of an "
+                    f"observation term: {{normal: 0.1}}), got {mapping!r}.",
                 )
-            )
-    return settings
-
-
-_READERS = {"action_delay": _read_delay, "observation_delay": _read_delay, "observation_noise": _read_noise}
-
-
-def _each(
-    keys: tuple[str | int, ...], entry: Any, stream: str
-) -> list[tuple[tuple[str | int, ...], Mapping[str, Any], str]]:
-    """Return each mapping of an entry (a mapping or a list of mappings) with its position and random stream."""
-    many = isinstance(entry, Sequence) and not isinstance(entry, str)
-    found = []
-    for number, mapping in enumerate(entry if many else [entry]):
-        place = (*keys, number) if many else keys
-        if not isinstance(mapping, Mapping) or not mapping:
-            raise Problem(
-                place,
-                "expected a mapping such as {scale: [0.8, 1.2]} (for a delay: {steps: 2}, for the noise of an observation "
-                f"term: {{normal: 0.1}}), got {mapping!r}.",
-            )
-        found.append((place, mapping, f"{stream}/{number}"))
-    if not found:
-        raise Problem(keys, "the list is empty; remove it or add a setting.")
-    return found
-
-
-def _check_keys(keys: tuple[str | int, ...], mapping: Mapping[str, Any], known: Sequence[str]) -> None:
-    for key in mapping:
-        if key not in known:
-            raise Problem((*keys, key), UnknownParameterError(f"'{Problem.place(keys)}'", str(key), known))
+            yield where, f"{stream}/{number}", mapping

@@ -50,25 +50,16 @@ class Channel:
         return due
 
     def reset(self, rng: RandomSource, true: Floats, mask: Mask) -> None:
-        """Take the first sample of an episode in the environments selected by ``mask``.
-
-        Args:
-            rng: Random source that was passed to the task's reset.
-            true: True values, (num_envs, width).
-            mask: The environments to reset.
-        """
+        """Take the first sample of an episode, given the true values (num_envs, width), in the environments in ``mask``."""
         sample = self._spoil(rng, true[mask], mask)
         if self._sensor.dropout and self._lost is not None:
             sample = self._lose(rng, sample, mask)
         self._samples[:, mask] = sample
 
     def advance(self, rng: RandomSource, true: Floats | None, due: Mask) -> None:
-        """Advance by one control step, and take samples that are due.
+        """Advance by one control step, and take samples in the environments ``due``.
 
-        Args:
-            rng: Random source that was passed to the task's step.
-            true: True values, (num_envs, width), or None if no environment takes a sample.
-            due: Environments that take a sample.
+        The true values, (num_envs, width), are None if no environment takes a sample.
         """
         last = self._samples[self._newest]
         self._newest = (self._newest + 1) % len(self._samples)

@@ -1,19 +1,20 @@
-"""Instruments, which measure true values for a robot's sensors."""
+"""Instruments, which measure true values for a robot's sensors, and the contacts that they need."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
-from frobs_core.contracts import RobotHandle, Simulation, Snapshot
-from frobs_core.description import Contact, Scene, Sensor
+from frobs_core.contracts import RobotHandle, Simulation, Stateful
+from frobs_core.description import Contact, Placement, Scene, Sensor
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import PluginError
 
 
-class Instrument(ABC):
+class Instrument(Stateful, ABC):
     """Base class of instruments, which measure true values in batches.
 
     ``frobs_core.sensing.sensors.channel.Channel`` adds noise, delay and other imperfections.
@@ -54,13 +55,6 @@ class Instrument(ABC):
     def measure(self) -> Floats:
         """Return the current reading of a perfect sensor, (num_envs, width)."""
 
-    def snapshot(self) -> Snapshot:
-        """Return the state that the instrument stores between steps."""
-        return {}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-
 
 def instrument_of(sensor: Sensor) -> type[Instrument]:
     """Import the instrument of a sensor.
@@ -77,3 +71,14 @@ def instrument_of(sensor: Sensor) -> type[Instrument]:
             f"imported: {error}."
         ) from error
     return cls
+
+
+def with_contacts(scene: Scene, robots: Mapping[str, Placement]) -> Scene:
+    """Return a copy of a scene that includes the contacts required by the sensors of robots, by robot name."""
+    needed = {
+        contact: declared
+        for robot, placement in robots.items()
+        for name, sensor in placement.robot.sensors.items()
+        for contact, declared in instrument_of(sensor).contacts(name, sensor, robot, scene).items()
+    }
+    return replace(scene, contacts={**scene.contacts, **needed}) if needed else scene

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.contracts import Simulation, Snapshot
+from frobs_core.contracts import Simulation, Snapshot, Stateful
 from frobs_core.description import ObservationTerm, Sensor
 from frobs_core.sensing.sensors.channel import Channel
 from frobs_core.sensing.sensors.instrument import Instrument, instrument_of
 from frobs_core.sensing.sensors.timing import count_delay, count_period
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import UnknownNameError
+from frobs_core.util.errors import check_name
 from frobs_core.util.random import RandomSource
 
 
-class Sensors:
+class Sensors(Stateful):
     """The sensors of a robot in all environments.
 
     A task creates a ``Sensors`` object in ``bind``. The task calls :meth:`reset` at the end of its own ``reset``, when
@@ -47,15 +47,13 @@ class Sensors:
         robot: str = "robot",
         names: Sequence[str] | None = None,
     ) -> None:
-        if robot not in simulation.robots:
-            raise UnknownNameError("robot of the simulation", robot, simulation.robots)
+        check_name("robot of the simulation", robot, simulation.robots)
         handle = simulation.robots[robot]
         there = handle.robot.sensors
         self._num_envs = simulation.num_envs
         self._sensors: dict[str, Sensor] = {}
         for name in there if names is None else names:
-            if name not in there:
-                raise UnknownNameError(f"sensor of robot '{handle.robot.name}'", name, there)
+            check_name(f"sensor of robot '{handle.robot.name}'", name, there)
             self._sensors[name] = there[name]
         self._instruments = {
             name: instrument_of(sensor)(name, sensor, simulation, handle, control_timestep)
@@ -67,8 +65,6 @@ class Sensors:
             delay = count_delay(name, sensor, control_timestep)
             if period > 1 or not sensor.is_ideal:
                 self._channels[name] = Channel(f"sensor/{robot}/{name}", sensor, self._num_envs, period, delay)
-        self._stateful: dict[str, Instrument | Channel] = {**self._instruments}
-        self._stateful |= {f"{name}/read": channel for name, channel in self._channels.items()}
         self._readings: dict[str, Floats] = {}
 
     @property
@@ -110,11 +106,7 @@ class Sensors:
                 self._channels[name].reset(rng, instrument.measure(), rows)
 
     def advance(self, rng: RandomSource) -> None:
-        """Advance by one control step. Call this method after the simulation has stepped.
-
-        Args:
-            rng: Random source that was passed to the task's step.
-        """
+        """Advance by one control step, with the step's random source. Call it after the simulation has stepped."""
         self._readings.clear()
         for name, instrument in self._instruments.items():
             instrument.advance()
@@ -141,23 +133,15 @@ class Sensors:
         return found
 
     def _sensor(self, name: str) -> Sensor:
-        if name not in self._sensors:
-            raise UnknownNameError("sensor", name, self._sensors)
+        check_name("sensor", name, self._sensors)
         return self._sensors[name]
 
-    def snapshot(self) -> Snapshot:
-        """Return the state that the sensors store between steps, for use in the task's own snapshot."""
-        return {
-            f"sensor/{name}/{key}": value
-            for name, stateful in self._stateful.items()
-            for key, value in stateful.snapshot().items()
-        }
+    def stored_parts(self) -> Mapping[str, Instrument | Channel]:
+        """Return the instruments and the samples that they have taken."""
+        instruments = {f"sensor/{name}": instrument for name, instrument in self._instruments.items()}
+        return {**instruments, **{f"sensor/{name}/read": channel for name, channel in self._channels.items()}}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Restore a snapshot. Entries that belong to other objects are ignored."""
         self._readings.clear()
-        for name, stateful in self._stateful.items():
-            start = f"sensor/{name}/"
-            stateful.restore(
-                {key.removeprefix(start): value for key, value in snapshot.items() if key.startswith(start)}
-            )
+        super().restore(snapshot)

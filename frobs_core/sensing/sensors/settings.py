@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import MISSING, fields, replace
+from dataclasses import fields, replace
 from typing import Any
 
 from frobs_core import plugins
@@ -14,10 +14,12 @@ from frobs_core.util.errors import (
     ConfigurationError,
     ParameterValueError,
     PluginError,
-    SensorSettingError,
-    UnknownNameError,
+    SettingError,
     UnknownParameterError,
+    check_keys,
+    check_name,
 )
+from frobs_core.util.validation import check_fields
 from frobs_core.util.yaml import find_origin
 
 
@@ -40,7 +42,7 @@ def apply_settings(sensors: Mapping[str, Sensor], given: Mapping[str, Any]) -> d
         raise ParameterValueError(
             "sensors", given, "a mapping from sensor names to settings, such as {'lidar': {'noise': 0.01}}"
         )
-    found = dict(sensors)
+    changed = dict(sensors)
     for name, setting in given.items():
         try:
             sensor = _apply(str(name), sensors, setting)
@@ -51,65 +53,42 @@ def apply_settings(sensors: Mapping[str, Sensor], given: Mapping[str, Any]) -> d
                 raise
             raise ConfigFileError(*origin, str(error)) from None
         if sensor is None:
-            found.pop(name, None)
+            changed.pop(name, None)
         else:
-            found[name] = sensor
-    return found
+            changed[name] = sensor
+    return changed
 
 
 def _apply(name: str, sensors: Mapping[str, Sensor], setting: Any) -> Sensor | None:
     if isinstance(setting, Sensor):
         return setting
-    if setting is not None and not isinstance(setting, Mapping):
+    if not isinstance(setting, Mapping | None):
         raise ParameterValueError(
             f"sensors.{name}", setting, "a mapping of settings to change, such as {'noise': 0.01}"
         )
-    if setting is not None and "type" in setting:
-        return _new(name, setting)
-    if name not in sensors:
-        raise UnknownNameError("sensor of the robot (a new sensor requires a type)", name, sensors)
+    if setting is None or "type" not in setting:
+        check_name("sensor of the robot (a new sensor requires a type)", name, sensors)
     if setting is None:
         return None
-    _check_fields(name, type(sensors[name]), setting)
+    is_new = "type" in setting
+    cls = _sensor_type(str(setting["type"])) if is_new else type(sensors[name])
+    changes = {key: value for key, value in setting.items() if key != "type"}
+    owner = f"sensor '{name}' (a {cls.type_name})"
+    if is_new:
+        check_fields(owner, cls, changes)
+    else:
+        check_keys(owner, changes, [field.name for field in fields(cls)])
     try:
-        return replace(sensors[name], **setting)
+        return cls(**changes) if is_new else replace(sensors[name], **changes)
     except ConfigurationError as error:
-        raise SensorSettingError(name, str(error)) from None
-
-
-def _new(name: str, setting: Mapping[str, Any]) -> Sensor:
-    cls = _sensor_type(str(setting["type"]))
-    given = {key: value for key, value in setting.items() if key != "type"}
-    _check_fields(name, cls, given)
-    missing = [field.name for field in fields(cls) if field.default is MISSING and field.name not in given]
-    if missing:
-        raise SensorSettingError(name, f"a new {cls.type_name} needs {', '.join(missing)}.")
-    try:
-        return cls(**given)
-    except ConfigurationError as error:
-        raise SensorSettingError(name, str(error)) from None
+        raise SettingError(f"sensors.{name}", str(error)) from None
 
 
 def _sensor_type(name: str) -> type[Sensor]:
-    """Return a sensor type of the core or of a plugin.
-
-    Raises:
-        UnknownNameError: The type does not exist.
-    """
     types = {cls.type_name: cls for cls in SENSORS}
     added = plugins.records("sensor_type")
-    if name in types:
-        return types[name]
-    if name not in added:
-        raise UnknownNameError("type of sensor", name, [*types, *added])
-    cls = added[name].load()
+    check_name("type of sensor", name, [*types, *added])
+    cls = types[name] if name in types else added[name].load()
     if not (isinstance(cls, type) and issubclass(cls, Sensor)):
         raise PluginError(f"the sensor type '{name}' is {cls!r}, which is not a subclass of Sensor.")
     return cls
-
-
-def _check_fields(name: str, cls: type[Sensor], given: Mapping[str, Any]) -> None:
-    known = [field.name for field in fields(cls)]
-    for key in given:
-        if key not in known:
-            raise UnknownParameterError(f"sensor '{name}' (a {cls.type_name})", str(key), known)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from frobs_core.description import Sensor
-from frobs_core.util.errors import SensorSettingError
+from frobs_core.util.errors import SettingError
 
 _CLOSE = 1e-6
 
@@ -36,8 +36,8 @@ def count_period(name: str, sensor: Sensor, control_timestep: float) -> int:
     else:
         rates = [int(1.0 / steps) / control_timestep, (int(1.0 / steps) + 1) / control_timestep]
     possible = " or ".join(f"{rate:.10g}" for rate in sorted(rates))
-    raise SensorSettingError(
-        name,
+    raise SettingError(
+        f"sensors.{name}",
         f"a rate of {sensor.rate:g} Hz does not fit the control_timestep of {control_timestep:g} s; "
         f"use {possible} Hz, as in sensors={{'{name}': {{'rate': {min(rates):.10g}}}}}, "
         "or change the control_timestep.",
@@ -60,8 +60,8 @@ def count_delay(name: str, sensor: Sensor, control_timestep: float) -> int:
     whole = round(steps)
     if abs(steps - whole) > _CLOSE * max(whole, 1):
         near = [f"{count * control_timestep:.10g}" for count in (int(steps), int(steps) + 1)]
-        raise SensorSettingError(
-            name,
+        raise SettingError(
+            f"sensors.{name}",
             f"a delay of {sensor.delay:g} s is not a multiple of the control_timestep of {control_timestep:g} s; "
             f"use {' or '.join(near)} s, as in sensors={{'{name}': {{'delay': {near[1]}}}}}.",
         )

@@ -90,7 +90,6 @@ def _arrays(buffer: ReplayBuffer) -> Arrays:
 
 
 def _rows(buffer: ReplayBuffer) -> int:
-    """Return the number of rows in use."""
     if buffer.full:
         return int(buffer.buffer_size)
     # With optimized memory usage, the newest observation is stored in the row of the next step.

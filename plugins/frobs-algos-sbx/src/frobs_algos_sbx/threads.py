@@ -43,7 +43,6 @@ def set_threads(count: int) -> None:
 
 
 def _starts() -> bool:
-    """Return whether XLA has not started yet."""
     if _chosen is not None:
         return False
     try:

@@ -104,11 +104,7 @@ def _readable(facts: Facts) -> Mapping[str, Any]:
 
 
 def _draw(robot: Robot | None, name: str, picture: Path) -> None:
-    """Draw a robot.
-
-    Raises:
-        ConfigurationError: The name does not refer to a robot.
-    """
+    """Draw a robot."""
     if robot is None:
         raise CommandLineError(
             "--picture", f"'{name}' cannot be drawn, because it is neither a robot nor a robot's model file."
@@ -121,11 +117,7 @@ def _draw(robot: Robot | None, name: str, picture: Path) -> None:
 
 
 def _meanings(name: str) -> Iterator[Callable[[], Facts]]:
-    """For each object that the name may refer to, yield a function that returns the facts about the object.
-
-    Raises:
-        UnknownNameError: The name does not refer to any object.
-    """
+    """For each object that the name may refer to, yield a function that returns the facts about the object."""
     prefix, _, rest = name.partition(":")
     others = {it.kind: it for it in providers() if it.kind}
     kind = prefix if prefix in (*KINDS, catalogue.ENVIRONMENT, *catalogue.EXTENSIONS, *others) else None

@@ -178,10 +178,6 @@ class TrajectoryController(Controller):
         """
         return self._info
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the joint positions at the end of the last motions."""
-        return {"target": self._target.copy()}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self._target[:] = snapshot["target"]
+        return {"target": self._target}

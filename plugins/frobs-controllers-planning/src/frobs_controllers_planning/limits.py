@@ -9,7 +9,7 @@ import numpy as np
 
 from frobs_core.models import RobotModel
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import ParameterValueError, UnknownNameError
+from frobs_core.util.errors import ParameterValueError, check_name
 from frobs_core.util.validation import non_negative, positive
 
 SECONDS_TO_FULL_SPEED = 0.5
@@ -53,8 +53,7 @@ def accelerations(model: RobotModel, given: float | Mapping[str, float] | None) 
     found = velocities(model) / SECONDS_TO_FULL_SPEED
     chosen = given if isinstance(given, Mapping) else {} if given is None else dict.fromkeys(model.joint_names, given)
     for name, value in chosen.items():
-        if name not in model.joint_names:
-            raise UnknownNameError(f"actuated joint of '{model.name}'", name, model.joint_names)
+        check_name(f"actuated joint of '{model.name}'", name, model.joint_names)
         found[model.joint_names.index(name)] = number("max_acceleration", value, "rad/s² or m/s²")
     return found
 

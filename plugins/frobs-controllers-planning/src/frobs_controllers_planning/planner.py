@@ -22,7 +22,7 @@ from frobs_core.description import Robot, Scene
 from frobs_core.kernel.robot_config import RobotConfig
 from frobs_core.models import RobotModel, default_tcp, home_positions, load_model
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import ParameterValueError, UnknownNameError
+from frobs_core.util.errors import ParameterValueError, check_name
 from frobs_core.util.random import RandomSource
 from frobs_core.util.rotations import matrix_from_quat
 from frobs_core.util.validation import whole_number
@@ -96,8 +96,7 @@ class Planner:
             model = load_model(description.model, xacro_args=description.xacro_args, package_paths=paths)
         self._tcp = description.tcp or default_tcp(model)
         links = [link.name for link in model.links]
-        if self._tcp not in links:
-            raise UnknownNameError("link", self._tcp, links)
+        check_name("link", self._tcp, links)
         self._model, self.joint_names = model, model.joint_names
         self.home = home_positions(model, description.home)
         self.lower, self.upper = limits.ranges(model)
@@ -135,8 +134,7 @@ class Planner:
             UnknownNameError: A body is not part of the scene or has no collision shapes.
         """
         for name, pose in bodies.items():
-            if name not in self._poses:
-                raise UnknownNameError("body with collision shapes", name, self._poses)
+            check_name("body with collision shapes", name, self._poses)
             self._poses[name] = to_se3(*pose)
         if base is not None:
             self._base = to_se3(*base)

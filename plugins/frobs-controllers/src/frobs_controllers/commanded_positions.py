@@ -26,10 +26,6 @@ class CommandedPositions(Controller):
         """Set the commanded positions to the current joint positions."""
         self._target[rows_of(mask)] = self._joints.joint_positions[rows_of(mask)]
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the commanded joint positions."""
-        return {"target": self._target.copy()}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self._target[:] = snapshot["target"]
+        return {"target": self._target}

@@ -138,10 +138,6 @@ class DifferentialDrive(Controller):
             np.divide(wheels, excess, out=wheels)
         return wheels
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the commanded base velocities."""
-        return {"velocity": self._velocity.copy()}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self._velocity[:] = snapshot["velocity"]
+        return {"velocity": self._velocity}

@@ -75,13 +75,9 @@ class Gripper(Controller):
     def _want(self, action: Floats) -> Floats:
         """Return the requested opening (num_envs, 1) for an action in [−1, 1]."""
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the requested and commanded openings."""
-        return {"wanted": self._wanted.copy(), "opening": self._opening.copy()}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self._wanted[:], self._opening[:] = snapshot["wanted"], snapshot["opening"]
+        return {"wanted": self._wanted, "opening": self._opening}
 
 
 class GripperPosition(Gripper):

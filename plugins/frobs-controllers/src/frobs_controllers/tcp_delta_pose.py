@@ -131,15 +131,6 @@ class TcpDeltaPose(TcpDeltaPosition):
         before = self._ik.commanded.copy()[:, None]
         return np.asarray(before + self._shares * (self._ik.move(self._error)[:, None] - before))
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the commanded joint positions and the target pose."""
-        return {
-            "commanded": self._ik.commanded.copy(),
-            "target_pos": self._target.copy(),
-            "target_quat_wxyz": self._target_quat.copy(),
-        }
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self._ik.commanded[:] = snapshot["commanded"]
-        self._target[:], self._target_quat[:] = snapshot["target_pos"], snapshot["target_quat_wxyz"]
+        return {"commanded": self._ik.commanded, "target_pos": self._target, "target_quat_wxyz": self._target_quat}

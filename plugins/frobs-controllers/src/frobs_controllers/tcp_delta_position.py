@@ -49,7 +49,6 @@ class TcpDeltaPosition(Controller):
 
     @property
     def _steps(self) -> tuple[float, ...]:
-        """Return the step of each action component for an action of 1."""
         return (self.max_delta,) * 3
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
@@ -93,10 +92,6 @@ class TcpDeltaPosition(Controller):
         np.add(there, error, out=target)
         return self._ik.move(self._error)
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the commanded joint positions and the target point."""
-        return {"commanded": self._ik.commanded.copy(), "target": self._target.copy()}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self._ik.commanded[:], self._target[:] = snapshot["commanded"], snapshot["target"]
+        return {"commanded": self._ik.commanded, "target": self._target}

@@ -115,10 +115,6 @@ class TcpImpedance(Controller):
         efforts += (mass @ acceleration)[:, :, 0]
         return np.asarray(np.clip(efforts, -joints.effort_limit, joints.effort_limit))
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the equilibrium pose."""
-        return {"target_pos": self._target_pos.copy(), "target_quat_wxyz": self._target_quat.copy()}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self._target_pos[:], self._target_quat[:] = snapshot["target_pos"], snapshot["target_quat_wxyz"]
+        return {"target_pos": self._target_pos, "target_quat_wxyz": self._target_quat}

@@ -195,7 +195,6 @@ class GraphChecker:
 
 
 def _elements(node: Node, shapes: Shapes) -> int:
-    """Return the number of elements that a node computes."""
     if node.operator == "Concat":  # onnxruntime adds the sizes as 32-bit integers
         return sum(math.prod(shapes[name]) for name in node.inputs)
     return sum(math.prod(shapes[name]) for name in node.outputs if name)

@@ -191,7 +191,6 @@ def _save_states(simulation: Any, before: Snapshot) -> None:
 
 
 def _watch_lidars(robot: Any, cast: dict[tuple[str, str], Rays]) -> None:
-    """Record the first rays that each of a robot's lidars casts."""
     original = robot.lidar
 
     def lidar(name: str) -> Any:

@@ -84,7 +84,6 @@ def _read(name: str, link: Element, notes: Notes) -> Inertial | None:
 def _possible(
     link: Element, mass: float, moments: tuple[float, ...], element: Element, notes: Notes
 ) -> tuple[float, ...]:
-    """Return physically possible moments of inertia."""
     principal = np.linalg.eigvalsh(symmetric_matrix(moments))  # ascending
     if np.abs(principal).max() <= _LEAST_GYRATION**2 * mass:
         moments = (moment := 0.4 * mass * _RADIUS**2, 0.0, 0.0, moment, 0.0, moment)

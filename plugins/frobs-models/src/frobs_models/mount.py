@@ -20,7 +20,7 @@ from frobs_core.models import (
     joint_path,
     load_model,
 )
-from frobs_core.util.errors import UnknownNameError, UnsuitableRobotError
+from frobs_core.util.errors import UnsuitableRobotError, check_name
 from frobs_core.util.files import cache_folder, write_text
 
 _NAMED = ("link", "joint", "material", "transmission", "actuator")
@@ -34,8 +34,7 @@ def attach(arm: Robot, link: str, tool: Robot, name: str, pos: Vector3, rpy: Vec
         load_model(part.model, xacro_args=part.xacro_args, package_paths=part.package_paths) for part in (arm, tool)
     )
     links = [item.name for item in arm_model.links]
-    if link not in links:
-        raise UnknownNameError(f"link of robot '{arm.name}'", link, links)
+    check_name(f"link of robot '{arm.name}'", link, links)
     for part, model in ((arm, arm_model), (tool, tool_model)):
         if model.format != "urdf":
             raise UnsuitableRobotError(part.name, "is an MJCF file; only URDF and xacro models can be attached.")

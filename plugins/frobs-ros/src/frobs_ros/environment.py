@@ -94,11 +94,7 @@ def links_to_ros() -> dict[str, Path]:
 
 @cache
 def link_modules() -> str:
-    """Append a folder with links to ROS's modules to the end of ``sys.path``, and return this folder.
-
-    Raises:
-        RosNotFoundError: ROS is not installed. The error message names the Debian packages to install.
-    """
+    """Append a folder with links to ROS's modules to the end of ``sys.path``, and return this folder."""
     folder = str(make_overlay(links_to_ros()))
     sys.path.append(folder)
     return folder

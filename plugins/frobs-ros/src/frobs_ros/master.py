@@ -43,11 +43,7 @@ def require() -> None:
 
 
 def connect() -> Any:
-    """Return the XML-RPC interface of the ROS master.
-
-    Raises:
-        MasterError: No master responds.
-    """
+    """Return the XML-RPC interface of the ROS master."""
     require()
     import rosgraph
 

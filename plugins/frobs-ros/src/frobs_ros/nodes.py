@@ -17,18 +17,13 @@ class _Timed(xmlrpc.client.Transport):
     """An XML-RPC transport with a time limit, because a node may hang."""
 
     def make_connection(self, host: Any) -> Any:
-        """Return a connection with a time limit."""
         connection = super().make_connection(host)
         connection.timeout = _TIMEOUT
         return connection
 
 
 def names() -> set[str]:
-    """Return the names of all registered nodes.
-
-    Raises:
-        MasterError: No master responds.
-    """
+    """Return the names of all registered nodes."""
     publishers, subscribers, services = connect().getSystemState()
     return {node for group in (publishers, subscribers, services) for _, found in group for node in found}
 
@@ -48,11 +43,7 @@ def of(pids: set[int], among: set[str]) -> set[str]:
 
 
 def ours() -> set[str]:
-    """Return the names of all nodes that this process started as child processes.
-
-    Raises:
-        MasterError: No master responds.
-    """
+    """Return the names of all nodes that this process started as child processes."""
     pids = {pid for process in processes.owned() for pid in process.pids()}
     return of(pids, names()) if pids else set()
 

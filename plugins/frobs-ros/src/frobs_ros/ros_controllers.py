@@ -186,7 +186,6 @@ def _try(ask: Callable[[], bool], tries: int) -> bool:
 
 
 def _states(ns: str | None) -> dict[str, str]:
-    """Return the state of each loaded controller, by name."""
     from controller_manager_msgs.srv import ListControllers
 
     listed = call(join(ns, "controller_manager", "list_controllers"), ListControllers)

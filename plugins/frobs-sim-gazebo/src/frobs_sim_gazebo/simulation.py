@@ -110,7 +110,6 @@ class GazeboSimulation(Simulation):
             raise
 
     def _prepare(self, server: Server) -> None:
-        """Populate the world of a new server."""
         server.call(Op.SETUP, protocol.numbers([self.physics_timestep, *self.scene.gravity]))
         models = self.layout.models
         spawn = protocol.count(len(models)) + b"".join(protocol.texts(*model) for model in models.items())

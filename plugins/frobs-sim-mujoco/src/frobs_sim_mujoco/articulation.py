@@ -174,11 +174,7 @@ def attach_mjcf(spec: mujoco.MjSpec, name: str, placement: Placement, group: int
 
 
 def _fix_masses(robot: mujoco.MjSpec) -> None:
-    """Scale a robot's masses and inertias to match ``settotalmass``, which MuJoCo only applies to a complete model.
-
-    Raises:
-        ValueError: MuJoCo cannot compile the robot.
-    """
+    """Scale a robot's masses and inertias to match ``settotalmass``, which MuJoCo only applies to a complete model."""
     total, robot.compiler.settotalmass = robot.compiler.settotalmass, -1.0
     compiled = robot.compile()
     share = total / compiled.body_subtreemass[0]

@@ -8,7 +8,7 @@ import numpy as np
 
 from frobs_core.contracts import Snapshot
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import PhysicsParameterError, UnknownNameError
+from frobs_core.util.errors import PhysicsParameterError, UnknownNameError, check_name
 
 if TYPE_CHECKING:
     from frobs_sim_mujoco.robot import MujocoRobot
@@ -34,8 +34,7 @@ def body_id(simulation: MujocoSimulation, name: str) -> int:
     Raises:
         UnknownNameError: The body does not exist.
     """
-    if name not in simulation.body_ids:
-        raise UnknownNameError("body", name, simulation.body_ids)
+    check_name("body", name, simulation.body_ids)
     return simulation.body_ids[name]
 
 
@@ -62,8 +61,7 @@ def read(simulation: MujocoSimulation, name: str, target: str) -> Floats:
 
 def write(simulation: MujocoSimulation, name: str, target: str, values: Floats, mask: Mask | None) -> None:
     """Change a parameter in the environments selected by ``mask``."""
-    if name not in NAMES:
-        raise UnknownNameError("parameter", name, NAMES)
+    check_name("parameter", name, NAMES)
     values = np.asarray(values, np.float64)
     if name != "gravity" and not (values >= 0).all():
         raise PhysicsParameterError(name, target, f"must not be negative or NaN: {values.min()}.")
@@ -182,6 +180,5 @@ def _geoms(simulation: MujocoSimulation, target: str) -> list[int]:
 
 
 def _robot(simulation: MujocoSimulation, name: str) -> MujocoRobot:
-    if name not in simulation.robots:
-        raise UnknownNameError("robot", name, simulation.robots)
+    check_name("robot", name, simulation.robots)
     return simulation.robots[name]

@@ -41,9 +41,6 @@ def _choose_backend() -> str:
     """Return a working OpenGL backend: the backend in ``MUJOCO_GL`` if it is set, otherwise EGL or OSMesa.
 
     A backend that does not work can crash the process, so each backend is tried in a separate process.
-
-    Raises:
-        RenderingUnavailableError: No backend works.
     """
     wanted = os.environ.get("MUJOCO_GL", "").lower()
     for backend in [wanted] if wanted in ("egl", "osmesa", "glfw") else ["egl", "osmesa"]:

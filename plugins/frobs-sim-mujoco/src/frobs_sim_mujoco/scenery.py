@@ -75,11 +75,7 @@ def add_floor(spec: mujoco.MjSpec, scene: Scene) -> None:
 
 
 def add_body(spec: mujoco.MjSpec, meshes: Meshes, name: str, body: Body, *, hard: bool) -> None:
-    """Add a body of the scene, with hard or soft contacts.
-
-    Raises:
-        ModelFileError: A mesh cannot be read.
-    """
+    """Add a body of the scene, with hard or soft contacts."""
     element = spec.worldbody.add_body(name=name, pos=body.pose.pos, quat=body.pose.quat_wxyz, mocap=body.kinematic)
     if body.inertial is not None:
         element.add_freejoint(name=name)

@@ -14,7 +14,7 @@ from frobs_core.contracts import AppliedWrenches, ContactState, Simulation, Snap
 from frobs_core.description import Marker, Overlap, Placement, Scene, Translation
 from frobs_core.models import RobotModel
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import ConfigurationError, SimulationError, UnknownNameError
+from frobs_core.util.errors import ConfigurationError, SimulationError, UnknownNameError, check_name
 from frobs_models import read_tables, translate
 from frobs_sim_mujoco import parameters
 from frobs_sim_mujoco.body import MujocoBody
@@ -398,8 +398,7 @@ class MujocoSimulation(Simulation):
         self._check_open()
         if camera is not None and camera not in self.scene.cameras:
             raise UnknownNameError("camera", camera, self.scene.cameras)
-        if modality not in self.render_modalities:
-            raise UnknownNameError("modality", modality, self.render_modalities)
+        check_name("modality", modality, self.render_modalities)
         name = camera or next(iter(self.scene.cameras), None)
         if self._renderer is None:
             self._renderer = Renderer(self._drawn())
@@ -421,8 +420,7 @@ class MujocoSimulation(Simulation):
 
         Link pairs that overlap at the home position are included, although they never collide in the simulation.
         """
-        if robot not in self.robots:
-            raise UnknownNameError("robot of the simulation", robot, self.robots)
+        check_name("robot of the simulation", robot, self.robots)
         model = self._build_model(overlaps=True)
         return find_overlaps(model, self.batch.state[0], f"{robot}/")
 

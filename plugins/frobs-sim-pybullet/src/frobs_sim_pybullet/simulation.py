@@ -12,7 +12,7 @@ from frobs_core.contracts import AppliedWrenches, ContactState, Simulation, Snap
 from frobs_core.description import Marker, Overlap, Placement, Scene, Translation
 from frobs_core.models import RobotModel
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import ConfigurationError, SimulationError, UnknownNameError
+from frobs_core.util.errors import ConfigurationError, SimulationError, UnknownNameError, check_name
 from frobs_models import read_tables, translate
 from frobs_sim_pybullet import layout
 from frobs_sim_pybullet.bare import BarePybullet
@@ -257,8 +257,7 @@ class PybulletSimulation(Simulation):
         """Render environments."""
         if camera is not None and camera not in self.scene.cameras:
             raise UnknownNameError("camera", camera, self.scene.cameras)
-        if modality not in self.render_modalities:
-            raise UnknownNameError("modality", modality, self.render_modalities)
+        check_name("modality", modality, self.render_modalities)
         name = camera or next(iter(self.scene.cameras), None)
         self._watch_what_is_drawn()
         if self._renderer is None:
@@ -300,8 +299,7 @@ class PybulletSimulation(Simulation):
 
         Link pairs that overlap at the home position are included, although they never collide in the simulation.
         """
-        if robot not in self.robots:
-            raise UnknownNameError("robot of the simulation", robot, self.robots)
+        check_name("robot of the simulation", robot, self.robots)
         return find_overlaps(self.placements[robot], self.robots[robot].joint_positions[0])
 
     def bare_engine(self) -> BarePybullet | None:

@@ -78,9 +78,6 @@ def skeleton(model: RobotModel, *, floating: bool) -> Skeleton:
     Args:
         model: Model of the robot.
         floating: Whether the base moves.
-
-    Raises:
-        ModelFileError: The model has a joint that cannot be simulated.
     """
     links = {link.name: link for link in model.links}
     children = joints_below(model)

@@ -124,14 +124,9 @@ class CubeTask(Manipulation):
         """Return a marker at the goal, with the tolerance as its radius."""
         return (Marker(self.goal, self.tolerance),) if self.shows_goal else ()
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the goal and the number of steps for which the success condition has been met."""
-        return {**super().snapshot(), "goal": self.goal.copy()}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self.goal[:] = snapshot["goal"]
-        super().restore(snapshot)
+        return {**super().stored_arrays(), "goal": self.goal}
 
     def _measure(self) -> None:
         super()._measure()

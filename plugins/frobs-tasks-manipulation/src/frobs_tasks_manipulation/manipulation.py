@@ -162,13 +162,13 @@ class Manipulation(Task):
             "gripper_opening": bounded(lambda: self.opening[:, None], 1, 1.5, "1"),
         }
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the number of steps for which the success condition has been met."""
-        return {"held": self._held.copy()}
+        return {"held": self._held}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Restore a snapshot."""
-        self._held[:] = snapshot["held"]
+        super().restore(snapshot)
         self._measure()
 
     def _measure(self) -> None:

@@ -109,14 +109,9 @@ class OpenTask(Manipulation):
         base_pos, base_quat = self._prop.base_pose  # pose of the furniture in this episode
         return base_pos + quat_rotate(base_quat, pos)
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the target and the number of steps for which the success condition has been met."""
-        return {**super().snapshot(), "target": self.target.copy()}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self.target[:] = snapshot["target"]
-        super().restore(snapshot)
+        return {**super().stored_arrays(), "target": self.target}
 
     def _bind_objects(self) -> None:
         self._prop = self._simulation.robots[self.furniture]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frobs_core.contracts import Simulation, Snapshot
+from frobs_core.contracts import Simulation, Snapshot, Stateful
 from frobs_core.description import Body
 from frobs_core.models import Box, Pose
 from frobs_core.util.arrays import Floats, Mask, rows_of
@@ -35,7 +35,7 @@ def _pose(box: MovingBox) -> Pose:
     return Pose((*box.pos, 0.5 * box.size[2]), (w, x, y, z))
 
 
-class MovingBoxes:
+class MovingBoxes(Stateful):
     """Poses of the boxes in all environments.
 
     A box moves back and forth along its own x axis. The box's position is computed directly from the heading, the speed
@@ -103,10 +103,6 @@ class MovingBoxes:
         """Yaw angles of the boxes, (num_envs, k) [rad]."""
         return self._yaw
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the boxes' orientations and velocities in the current episodes."""
-        return {"box_yaw": self._yaw.copy(), "box_velocity": self._velocity.copy()}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self._yaw[:], self._velocity[:] = snapshot["box_yaw"], snapshot["box_velocity"]
+        return {"box_yaw": self._yaw, "box_velocity": self._velocity}

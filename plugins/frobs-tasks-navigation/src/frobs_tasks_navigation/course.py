@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.contracts import Snapshot
+from frobs_core.contracts import Snapshot, Stateful
 from frobs_core.util.arrays import Floats, Mask, rows_of
 from frobs_core.util.random import RandomSource
 from frobs_tasks_navigation import terms
@@ -17,7 +17,7 @@ _CANDIDATES = 16
 """Number of candidates drawn at once. The first candidate that is far enough from all objects is used."""
 
 
-class Course:
+class Course(Stateful):
     """Initial poses and waypoints in all environments.
 
     Args:
@@ -139,11 +139,11 @@ class Course:
         picked: Floats = candidates[np.arange(len(candidates)), chosen]
         return picked
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return each robot's route and its progress along the route."""
-        return {"way": self.way.copy(), "last": self.last.copy(), "index": self.index.copy()}
+        return {"way": self.way, "last": self.last, "index": self.index}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Restore a snapshot."""
-        self.way[:], self.last[:], self.index[:] = snapshot["way"], snapshot["last"], snapshot["index"]
+        super().restore(snapshot)
         self._find_target()

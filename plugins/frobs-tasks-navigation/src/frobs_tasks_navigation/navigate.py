@@ -13,7 +13,7 @@ from frobs_core.contracts import Controller, RobotHandle, Simulation, Snapshot, 
 from frobs_core.description import Marker, ObservationTerm, Scene
 from frobs_core.sensing.sensors import Sensors
 from frobs_core.util.arrays import Floats, Mask, rows_of
-from frobs_core.util.errors import ParameterValueError, UnknownNameError, UnsuitableRobotError
+from frobs_core.util.errors import ParameterValueError, UnknownNameError, UnsuitableRobotError, check_name
 from frobs_core.util.random import RandomSource
 from frobs_core.util.validation import boolean, finite, non_negative, positive
 from frobs_tasks_navigation import terms
@@ -128,8 +128,7 @@ class Navigate(Task):
         self.tolerance = positive("tolerance", tolerance)
         self._observed = tuple(observation)
         for name in self._observed:
-            if name not in OBSERVABLE:
-                raise UnknownNameError("term of the observation", name, OBSERVABLE)
+            check_name("term of the observation", name, OBSERVABLE)
         if not self._observed or len(set(self._observed)) < len(self._observed):
             raise ParameterValueError(
                 "observation", list(observation), "a list of at least one observation term, without duplicates"

@@ -111,14 +111,9 @@ class ReachDynamic(Reach):
         velocity = ObservationTerm(read=lambda: self._goal_velocity, low=-speed, high=speed, unit="m/s", scale=5.0)
         return {**super().observation_terms(), "goal_velocity": velocity}
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the measured state and the goal's motion."""
-        return {**super().snapshot(), **self._motion.snapshot()}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self._motion.restore(snapshot)
-        super().restore(snapshot)
+        return {**super().stored_arrays(), **self._motion.stored_arrays()}
 
     def _goal_excursion(self) -> float:
         return 2.0 * self.max_amplitude  # a user-specified goal may be at either end of the motion

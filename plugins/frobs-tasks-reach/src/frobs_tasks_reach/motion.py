@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.contracts import Snapshot
+from frobs_core.contracts import Snapshot, Stateful
 from frobs_core.util.arrays import Floats, Mask, rows_of
 from frobs_core.util.random import RandomSource
 
 
-class Oscillation:
+class Oscillation(Stateful):
     """Random motion of a point: center + amplitude · sin(2π · frequency · t + phase) along each axis.
 
     Args:
@@ -54,19 +54,14 @@ class Oscillation:
         offset, velocity = oscillation(time, self._amplitude, self._frequency, self._phase)
         return self._centre + offset, velocity
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the parameters of the motions in the current episodes."""
         return {
-            "goal_centre": self._centre.copy(),
-            "goal_amplitude": self._amplitude.copy(),
-            "goal_frequency": self._frequency.copy(),
-            "goal_phase": self._phase.copy(),
+            "goal_centre": self._centre,
+            "goal_amplitude": self._amplitude,
+            "goal_frequency": self._frequency,
+            "goal_phase": self._phase,
         }
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self._centre[:], self._amplitude[:] = snapshot["goal_centre"], snapshot["goal_amplitude"]
-        self._frequency[:], self._phase[:] = snapshot["goal_frequency"], snapshot["goal_phase"]
 
 
 def oscillation(time: Floats, amplitude: Floats, frequency: Floats, phase: Floats) -> tuple[Floats, Floats]:

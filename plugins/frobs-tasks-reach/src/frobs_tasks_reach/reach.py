@@ -199,14 +199,13 @@ class Reach(EpisodeStart):
         """Return a marker for the goal, whose radius is the tolerance, and a marker for the tool."""
         return (Marker(self._goal, self.tolerance), Marker(self._tcp, 0.012, (0.95, 0.45, 0.1, 1.0), "tool"))
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the measured state and the goal."""
-        return {"goal": self._goal.copy(), "tcp": self._tcp.copy()}
+        return {"goal": self._goal, "tcp": self._tcp}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Restore a snapshot."""
-        self._goal[:] = snapshot["goal"]
-        self._tcp[:] = snapshot["tcp"]
+        super().restore(snapshot)
         self._compare()
 
     # -- Methods that derived tasks override --

@@ -57,11 +57,7 @@ class EpisodeStart(Task):
         return {} if from_home else {"teleport": Level.APPROXIMATE}
 
     def _bind_start(self, robot: RobotHandle) -> None:
-        """Bind the task to a robot, and determine the goal box and the start posture.
-
-        Raises:
-            ConfigurationError: The robot cannot reach any part of the goal box.
-        """
+        """Bind the task to a robot, and determine the goal box and the start posture."""
         self._robot = robot
         self._foot = Foot(robot)
         self._sampler = self._make_sampler()

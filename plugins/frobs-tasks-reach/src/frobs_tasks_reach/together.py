@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.contracts import Controller, Simulation, Snapshot, StepContext, Task
+from frobs_core.contracts import Controller, Simulation, StepContext, Task
 from frobs_core.description import Camera, Marker, ObservationTerm, Scene
 from frobs_core.plugins.records import Level
 from frobs_core.util.arrays import Floats, Mask
@@ -123,15 +123,9 @@ class ReachTogether(Task):
         """Return markers for all goals and tools."""
         return [marker for part in self.parts.values() for marker in part.markers()]
 
-    def snapshot(self) -> Snapshot:
-        """Return the measured state and the goals."""
-        return _named({name: part.snapshot() for name, part in self.parts.items()})
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        for name, part in self.parts.items():
-            start = f"{name}/"
-            part.restore({key.removeprefix(start): value for key, value in snapshot.items() if key.startswith(start)})
+    def stored_parts(self) -> Mapping[str, Task]:
+        """Return the task of each robot."""
+        return self.parts
 
 
 def _named(parts: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:

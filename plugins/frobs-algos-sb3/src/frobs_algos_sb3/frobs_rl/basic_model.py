@@ -242,7 +242,6 @@ class BasicModel:
         return self.model.predict(observation, state=state, episode_start=mask, deterministic=deterministic)
 
     def _make(self) -> BaseAlgorithm:
-        """Return a new model."""
         assert self.settings is not None
         assert self.env is not None
         return new_model(self.settings, self.env)
@@ -261,7 +260,6 @@ class BasicModel:
         save_model(self.model, path, {"frobs_rl": self.settings.model_dump(mode="json")})
 
     def _training_settings(self) -> FileSettings:
-        """Return the current settings."""
         if self.settings is None:
             raise RunError("this model was loaded for prediction only; build it from a YAML file to train or save it.")
         mapping = current_parameters(self._parameters, self._ns)

@@ -184,7 +184,6 @@ def _read_tensors(path: Path, name: str, content: bytes) -> Any:
 
 
 def _walk(value: Any) -> list[th.Tensor]:
-    """Return all tensors in nested containers."""
     if isinstance(value, th.Tensor):
         return [] if value.layout != th.strided else [value]
     if isinstance(value, Mapping):

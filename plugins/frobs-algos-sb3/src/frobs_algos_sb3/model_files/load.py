@@ -221,7 +221,6 @@ class _Unreadable:
         self._path = path
 
     def __call__(self, progress_remaining: float) -> float:
-        """Raise an error."""
         raise UntrustedFileError(
             self._path,
             "the learning rate is a function, which was not read from the file; pass learning_rate=… when you open the "

@@ -79,7 +79,6 @@ class _Reader:
         self._place = 0
 
     def expect(self, literal: str) -> None:
-        """Consume a literal, or raise Unreadable."""
         if not self._text.startswith(literal, self._place):
             raise Unreadable(f"'{literal}' is missing in the text of the space")
         self._place += len(literal)
@@ -113,7 +112,6 @@ class _Reader:
             self._place = separator.end()
 
     def space(self, depth: int) -> gym.Space[Any]:
-        """Parse one space."""
         kind = re.compile(r"(Box|Discrete|MultiDiscrete|MultiBinary|Dict)\(").match(self._text, self._place)
         if kind is None:
             raise Unreadable("the text of the space contains an unknown type of space")

@@ -119,11 +119,7 @@ def check(
 
 
 def _settings_of(subject: Subject, given: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the settings that concern the subject. They have the same dotted keys as in a run configuration.
-
-    Raises:
-        CommandLineError: A setting belongs to a different section.
-    """
+    """Return the settings that concern the subject. They have the same dotted keys as in a run configuration."""
     path = {
         "algorithm": ("algorithm_config",),
         "environment": ("environment_kwargs",),

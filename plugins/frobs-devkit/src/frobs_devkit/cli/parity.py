@@ -164,7 +164,6 @@ def _absolute(keywords: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _split(names: str | None) -> list[str]:
-    """Split a comma-separated list into names."""
     return [name.strip() for name in (names or "").split(",") if name.strip()]
 
 

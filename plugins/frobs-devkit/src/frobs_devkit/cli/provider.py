@@ -15,11 +15,7 @@ class DevkitProvider(Provider):
     """Provider that draws robot sheets."""
 
     def draw(self, robot: Robot, picture: Path) -> Path:
-        """Draw a robot in its home position and at its joint limits.
-
-        Raises:
-            RenderingUnavailableError: This machine cannot render.
-        """
+        """Draw a robot in its home position and at its joint limits."""
         from frobs_core.models import load_model
         from frobs_devkit.robot_sheet import draw_robot_sheet
 

@@ -15,7 +15,7 @@ from typing import Any
 from frobs_core import plugins
 from frobs_core.plugins.capabilities import abilities
 from frobs_core.plugins.records import Level
-from frobs_core.util.errors import ModelMismatchError, UnknownNameError
+from frobs_core.util.errors import ModelMismatchError, check_name
 from frobs_devkit.parity.actions import ActionFile, check_actions, read_actions, smooth_actions
 from frobs_devkit.parity.certificate import Certificate
 from frobs_devkit.parity.fall import fall
@@ -107,8 +107,7 @@ def measure_parity(
         facts = _facts(reference, env.control_timestep, controller)
     plans = _plans(file, run, episodes)
     for name in only or ():
-        if name not in plans:
-            raise UnknownNameError("measurement", name, plans)
+        check_name("measurement", name, plans)
     measurements = []
     for name, plan in plans.items():
         if not only or name in only:

@@ -135,7 +135,6 @@ def _probe(found: Mapping[str, Any], stdout: str, stderr: str) -> Probe:
 
 @lru_cache(maxsize=1)
 def _usual_torch_threads() -> int:
-    """Return torch's default number of threads."""
     return int(subprocess.run([sys.executable, "-c", _TORCH], capture_output=True, text=True, check=True).stdout)
 
 

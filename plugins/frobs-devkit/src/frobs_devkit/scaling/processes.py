@@ -194,11 +194,7 @@ def _start(task: Mapping[str, Any]) -> subprocess.Popen[str]:
 
 
 def _finish(process: subprocess.Popen[str], task: Mapping[str, Any]) -> dict[str, Any]:
-    """Wait for a process to end, and return its result.
-
-    Raises:
-        ConfigurationError: The process has failed.
-    """
+    """Wait for a process to end, and return its result."""
     _, stderr = process.communicate()
     folder, index = Path(task["folder"]), task["index"]
     if process.returncode == 0:

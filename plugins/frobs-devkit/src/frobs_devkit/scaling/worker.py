@@ -130,11 +130,7 @@ def _record(seconds: float, advance: Callable[[], None], count: Callable[[], int
 
 
 def _meet(folder: Path, task: Mapping[str, Any]) -> None:
-    """Wait until all processes are ready.
-
-    Raises:
-        TimeoutError: Some processes are not ready within the time limit.
-    """
+    """Wait until all processes are ready."""
     _touch(folder, "ready", task)
     end = time.monotonic() + task["patience"]
     while not _all(folder, "ready", task):
@@ -148,11 +144,7 @@ def _meet(folder: Path, task: Mapping[str, Any]) -> None:
 
 
 def _all(folder: Path, name: str, task: Mapping[str, Any]) -> bool:
-    """Return whether all processes have written the file with the given name.
-
-    Raises:
-        RuntimeError: A process has failed.
-    """
+    """Return whether all processes have written the file with the given name."""
     names = os.listdir(folder)
     failed = next((other for other in names if other.startswith("error-")), None)
     if failed is not None:

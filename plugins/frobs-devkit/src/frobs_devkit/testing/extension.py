@@ -16,7 +16,7 @@ from frobs_core.models import Pose
 from frobs_core.plugins.capabilities import abilities
 from frobs_core.plugins.records import AbilityRecord, ParameterRecord, SimulatorRecord
 from frobs_core.sensing.sensors import Instrument, instrument_of
-from frobs_core.util.errors import FrobsError, UnknownNameError
+from frobs_core.util.errors import FrobsError, UnknownNameError, check_name
 from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, NotApplicable, after, collect, expect
 from frobs_devkit.testing.robot.sensors import expect_sound
 from frobs_devkit.testing.simulator.robots import ROVER
@@ -186,8 +186,7 @@ def check_extension(kind: str, name: str, settings: Mapping[str, Any] | None = N
     Raises:
         UnknownNameError: There is no such kind, or no such extension.
     """
-    if kind not in EXTENSIONS:
-        raise UnknownNameError("kind of extension", kind, EXTENSIONS)
+    check_name("kind of extension", kind, EXTENSIONS)
     found = {item.name: item for item in listed(kind)}
     if name not in found:
         raise UnknownNameError(kind.replace("_", " "), name, found, plugins.active().failures())

@@ -10,10 +10,11 @@ from functools import lru_cache
 from frobs_core import __version__, plugins
 from frobs_core.contracts import Algorithm, Controller, Simulation, Task
 from frobs_core.description import Robot, Sensor
-from frobs_core.plugins import Candidate, PluginReport, core_versions, is_made_for, missing, registry
+from frobs_core.plugins import Candidate, PluginReport, core_versions, is_made_for, registry
 from frobs_core.plugins.records import AlgorithmRecord, Record, TaskRecord
 from frobs_core.util.errors import FrobsError, ModelFileError, PluginError, UnknownNameError
 from frobs_devkit.doctor.plugins import PluginFacts, examine_plugins
+from frobs_devkit.doctor.requirements import missing
 from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, after, checks_of, collect, expect
 from frobs_models import resolve_path
 

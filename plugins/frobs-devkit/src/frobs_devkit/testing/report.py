@@ -11,7 +11,7 @@ from importlib.metadata import PackageNotFoundError, requires, version
 from typing import Any
 
 from frobs_core import plugins
-from frobs_core.util.errors import UnknownNameError
+from frobs_core.util.errors import check_name
 from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, NotApplicable
 
 _DECIDING = ("gymnasium", "numpy")
@@ -174,8 +174,7 @@ def _refuse_unknown(expected_failures: Iterable[str], checks: Iterable[Check]) -
     """Raise UnknownNameError if ``expected_failures`` contains an unknown check name."""
     names = [check.name for check in checks]
     for name in expected_failures:
-        if name not in names:
-            raise UnknownNameError("check", name, names)
+        check_name("check", name, names)
 
 
 def _without_cause(check: Check, results: Iterable[Result]) -> Result | None:

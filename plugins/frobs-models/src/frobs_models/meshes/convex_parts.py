@@ -53,11 +53,7 @@ def convex_parts(mesh: Mesh) -> tuple[MeshPart, ...]:
 
 
 def _with_volume(mesh: Mesh, part: MeshPart) -> MeshPart:
-    """Make a plate of a flat mesh, because engines reject a collision shape without a volume.
-
-    Raises:
-        ModelFileError: All vertices lie on a line.
-    """
+    """Make a plate of a flat mesh, because engines reject a collision shape without a volume."""
     points = part.vertices - part.vertices.mean(axis=0)
     _, axes = np.linalg.eigh(points.T @ points)  # (3,), (3, 3); the first axis is that of the smallest extent
     extents = np.ptp(points @ axes, axis=0)  # (3,) [m]

@@ -29,11 +29,7 @@ _AREAS = {"hfield": "cells of height fields", "texture": "pixels of textures"}
 
 
 def check_numbers(root: Element, meter: Meter) -> None:
-    """Check the number of elements and the values of their attributes.
-
-    Raises:
-        ModelFileError: A limit is exceeded.
-    """
+    """Check the number of elements and the values of their attributes."""
     counts = Counter(element.tag for element in root.iter())
     meter.spend("MJCF elements", counts.total())
     for tag in ("geom", "site", "joint", "camera", "light"):

@@ -57,8 +57,6 @@ class Library:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class _Method:
-    """A bound method of a value."""
-
     name: str
     value: Any
 
@@ -68,8 +66,6 @@ class _Method:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class _Lambda:
-    """A lambda in an expression."""
-
     node: ast.Lambda
     scope: ChainMap[str, Any]
 
@@ -372,7 +368,6 @@ class Interpreter:
         return self._made(_BINARY[op](left, right))
 
     def _comprehension(self, generators: Sequence[ast.comprehension], scope: Scope) -> Iterator[Scope]:
-        """Yield the scope for each element of a comprehension."""
         if not generators:
             yield scope
             return

@@ -224,7 +224,6 @@ def eval_names() -> dict[str, Any]:
 
 
 def _tokenize(text: str, separators: str, skip_empty: bool) -> list[str]:
-    """Split a text at each of the separator characters."""
     for other in separators[1:]:
         text = text.replace(other, separators[0])
     words = text.split(separators[0])

@@ -66,11 +66,7 @@ class Budget:
         self.spend(count)
 
     def weigh(self, value: Any) -> int:
-        """Return the size of a value, including nested values, and count the size as work.
-
-        Raises:
-            ModelFileError: A limit is exceeded.
-        """
+        """Return the size of a value, including nested values, and count the size as work."""
         if type(value) is int and not -MAX_INTEGER < value < MAX_INTEGER:
             self.refuse("an integer exceeds the limit of 2**63")
         if not isinstance(value, (str, *_CONTAINERS)):

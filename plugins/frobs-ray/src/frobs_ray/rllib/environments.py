@@ -59,7 +59,6 @@ _USE_A_RUN = "list the wrapper under 'wrappers' in the run's configuration"
 
 
 def _keywords(spec: gym.envs.registration.EnvSpec) -> dict[str, Any]:
-    """Return the keyword arguments with which an environment was created."""
     registered = gym.spec(spec.id).kwargs
     return {
         key: value

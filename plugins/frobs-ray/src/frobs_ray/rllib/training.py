@@ -105,7 +105,6 @@ class Training:
             yield
 
     def _build(self, steps: int) -> Any:
-        """Build and return RLlib's algorithm."""
         owner, settings = self._owner, self._owner.settings
         runners = settings.num_env_runners
         random_steps = math.ceil(getattr(settings, "learning_starts", 0) / self._env.num_envs)
@@ -235,7 +234,6 @@ def _raise_problems(group: Any, timeout: float) -> None:
 
 
 def _learner(algorithm: Any) -> Any:
-    """Return the learner, which runs in this process."""
     found: list[Any] = []
     algorithm.learner_group.foreach_learner(lambda learner: found.append(learner))
     return found[0]

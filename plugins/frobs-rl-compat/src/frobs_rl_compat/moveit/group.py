@@ -447,7 +447,6 @@ class MoveGroupCommander:
         return compose(self._frame_pose(self._frame), array)
 
     def _frame_pose(self, frame: str) -> Floats:
-        """Return the pose of a frame in the planning frame."""
         frame = frame.removeprefix("/")
         if frame in (self.get_planning_frame(), self._description.model.root):
             return poses.IDENTITY

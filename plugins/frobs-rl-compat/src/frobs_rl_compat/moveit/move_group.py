@@ -58,7 +58,6 @@ class MoveGroup:
         self._scene.publish(self._world.message())
 
     def _locate(self, frame: str) -> Floats:
-        """Return the pose of a frame in the planning frame."""
         semantics, model = self._description.semantics, self._description.model
         frame = frame.removeprefix("/")
         if frame in ("", semantics.planning_frame, model.root):

@@ -18,11 +18,7 @@ from frobs_rl_compat.moveit.errors import MoveItCommanderException
 
 
 def body(collision_object: Any) -> Body:
-    """Convert a ``moveit_msgs/CollisionObject`` to a body at the message's pose, ignoring the message's frame.
-
-    Raises:
-        MoveItCommanderException: The object has no shape, or has an unsupported shape.
-    """
+    """Convert a ``moveit_msgs/CollisionObject`` to a body at the message's pose, ignoring the message's frame."""
     shapes = tuple(Shape(found.geometry, found.origin) for found in collisions(collision_object))
     return Body(shapes=shapes, pose=pose_from_array(poses.from_message(collision_object.pose)))
 

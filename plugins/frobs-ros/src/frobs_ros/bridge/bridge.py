@@ -60,10 +60,6 @@ class Bridge:
         """Add a model and its plugins to the world.
 
         Call this method from the simulation thread, or before the thread starts.
-
-        Raises:
-            ConfigurationError: A model with that name exists.
-            ModelFileError: The simulator rejects the model.
         """
         self.world.add(model)
         try:
@@ -77,11 +73,7 @@ class Bridge:
         self._components[name] += components
 
     def remove(self, name: str) -> None:
-        """Remove a model and its plugins from the world. Call only from the simulation thread.
-
-        Raises:
-            UnknownNameError: The world contains no model with this name.
-        """
+        """Remove a model and its plugins from the world. Call only from the simulation thread."""
         self.world.model(name)
         for component in self._components.pop(name, []):
             component.close()

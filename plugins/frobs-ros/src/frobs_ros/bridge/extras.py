@@ -54,11 +54,7 @@ class SensorElement:
 
     @property
     def place(self) -> Place:
-        """Pose of the sensor in the link frame.
-
-        Raises:
-            ConfigurationError: The pose does not consist of six finite numbers.
-        """
+        """Pose of the sensor in the link frame."""
         x, y, z, *rpy = self.numbers("pose", 6)
         return Place(np.array([x, y, z]), quat_from_rpy(rpy))
 

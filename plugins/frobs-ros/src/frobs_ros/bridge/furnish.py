@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from frobs_core.util.errors import UnknownNameError
+from frobs_core.util.errors import check_name
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.controllers.manager import ControllerManager
@@ -76,8 +76,7 @@ def add_manager(bridge: Bridge, model: Model, space: str) -> ControllerManager:
 def _joint_states(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> Component:
     names = plugin.text("jointName").replace(",", " ").split()
     for name in names:
-        if name not in model.joints:
-            raise UnknownNameError(f"joint of '{model.name}' for the plugin '{plugin.name}'", name, model.joints)
+        check_name(f"joint of '{model.name}' for the plugin '{plugin.name}'", name, model.joints)
     parameters: dict[str, Any] = {"publish_rate": plugin.number("updateRate", default=100.0)}
     make = TYPES["joint_state_controller/JointStateController"]
     return make(model, f"{space}/{plugin.name}", {**parameters, "joints": names} if names else parameters)
@@ -97,8 +96,7 @@ def _scan(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> Component
 
 def _truth(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> Component:
     link = plugin.text("bodyName")
-    if link not in model.links:
-        raise UnknownNameError(f"link of '{model.name}' for the plugin '{plugin.name}'", link, model.links)
+    check_name(f"link of '{model.name}' for the plugin '{plugin.name}'", link, model.links)
     name = topic(space, plugin.text("topicName", default="ground_truth"))
     return Truth(
         model, link, name, plugin.text("frameName", default="world"), plugin.number("updateRate", default=100.0)

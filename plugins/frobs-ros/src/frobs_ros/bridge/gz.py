@@ -97,12 +97,7 @@ def _find(service: str) -> tuple[str, int] | None:
 
 
 def _call(service: str, checksum: str, request: bytes) -> bytes:
-    """Call a service of the bridge and return the serialized response.
-
-    Raises:
-        GzError: The service does not exist or rejects the call.
-        OSError: The connection failed.
-    """
+    """Call a service of the bridge and return the serialized response."""
     address = _find(service)
     if address is None:
         raise GzError(f"there is no service {service}.")

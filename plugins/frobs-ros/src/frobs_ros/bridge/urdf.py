@@ -116,7 +116,6 @@ def _describe(text: str, paths: tuple[str, ...]) -> Description:
 
 
 def _modes(root: Element) -> dict[str, CommandMode]:
-    """Return the command mode of each joint that has a transmission."""
     found = {}
     for transmission in root.findall("transmission"):
         for joint in transmission.findall("joint"):

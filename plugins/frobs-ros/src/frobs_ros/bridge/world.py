@@ -10,7 +10,7 @@ import numpy as np
 from frobs_core.contracts import Simulation
 from frobs_core.plugins.records import SimulatorRecord
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import ConfigurationError, ParameterValueError, UnknownNameError
+from frobs_core.util.errors import ConfigurationError, ParameterValueError, UnknownNameError, check_name
 from frobs_ros.bridge.forces import Forces
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.poses import REST, WORLD, Motion, Place
@@ -97,11 +97,7 @@ class World:
             model.drive.hold(model.robot)
 
     def remove(self, name: str) -> Model:
-        """Remove a model from the world and return the model.
-
-        Raises:
-            UnknownNameError: The world contains no model with this name.
-        """
+        """Remove a model from the world and return the model."""
         model = self.model(name)
         self._build([other for other in self.models.values() if other is not model])
         del self.models[name]
@@ -117,8 +113,7 @@ class World:
         Raises:
             UnknownNameError: The world contains no model with this name.
         """
-        if name not in self.models:
-            raise UnknownNameError("model", name, self.models)
+        check_name("model", name, self.models)
         return self.models[name]
 
     def set_timestep(self, timestep: float) -> None:
@@ -221,11 +216,7 @@ class World:
         return model.link_place(link), model.link_motion(link)
 
     def open_viewer(self) -> None:
-        """Open a viewer window, which is reopened whenever a new simulation is created.
-
-        Raises:
-            RenderingUnavailableError: There is no display.
-        """
+        """Open a viewer window, which is reopened whenever a new simulation is created."""
         self._viewed = True
         if self.simulation is not None:
             self.simulation.open_viewer()

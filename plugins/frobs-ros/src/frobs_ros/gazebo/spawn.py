@@ -35,11 +35,7 @@ def _spawn(
     ori_z: float = 0.0,
     ori_w: float = 1.0,
 ) -> tuple[bool, str]:
-    """Call a spawn service.
-
-    Raises:
-        ServiceError: The simulation rejects the model.
-    """
+    """Call a spawn service."""
     use_ros()
     from gazebo_msgs.srv import SpawnModel
 

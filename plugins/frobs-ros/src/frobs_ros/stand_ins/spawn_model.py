@@ -69,12 +69,7 @@ def _spawn(options: Namespace) -> None:
 
 
 def _text(options: Namespace) -> str:
-    """Return the model's XML text from the selected source.
-
-    Raises:
-        MissingFileError: The file does not exist.
-        MasterError: The parameter does not exist.
-    """
+    """Return the model's XML text from the selected source."""
     import rospy
 
     if options.stdin:
@@ -98,11 +93,7 @@ def _of_database(name: str) -> Path:
 
 
 def _call(name: str, kind: type[Any], *fields: Any) -> None:
-    """Call a service.
-
-    Raises:
-        ServiceError: The service does not respond, or rejects the call.
-    """
+    """Call a service."""
     wait_for(name, _TIMEOUT)
     answer = call(name, kind, *fields)
     if not getattr(answer, "success", True):

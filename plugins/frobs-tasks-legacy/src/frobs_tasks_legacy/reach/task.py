@@ -173,14 +173,9 @@ class ReachLegacy(Reach):
         """Return whether each tool has reached its goal, (num_envs,) bool, or None if the goals move."""
         return None if self.config["pos_dynamic"] else self.is_success()
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the measured state and the goal's motion."""
-        return {**super().snapshot(), **self._motion.snapshot()}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self._motion.restore(snapshot)
-        super().restore(snapshot)
+        return {**super().stored_arrays(), **self._motion.stored_arrays()}
 
     def _make_sampler(self) -> JointSampler:
         dof = self._robot.dof

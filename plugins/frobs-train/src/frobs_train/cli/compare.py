@@ -110,11 +110,7 @@ def compare(
 
 
 def _evaluate(runs: Sequence[Run], episodes: int, runner: Runner) -> dict[Path, Mapping[str, Any]]:
-    """Evaluate each run, and return a mapping from run folders to results.
-
-    Raises:
-        JobsError: An evaluation failed.
-    """
+    """Evaluate each run, and return a mapping from run folders to results."""
     from frobs_train.cli.evaluate_runs import run_evaluations
     from frobs_train.runners.jobs import evaluation_job
     from frobs_train.runners.runner import raise_failures

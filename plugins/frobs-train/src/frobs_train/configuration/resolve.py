@@ -100,11 +100,7 @@ def check_config(merged: Mapping[str, Any]) -> RunConfig:
 
 
 def _check_sections(settings: Mapping[str, Any]) -> None:
-    """Reject keys that are not in the run configuration, and name the sections in which other settings are.
-
-    Raises:
-        CommandLineError: A key does not exist.
-    """
+    """Reject keys that are not in the run configuration, and name the sections in which other settings are."""
     for key in settings:
         if key not in RunConfig.model_fields:
             similar = nearest(key, RunConfig.model_fields)

@@ -165,11 +165,7 @@ def smooth(values: Floats, weights: Floats, window: float = 0.04) -> Floats:
 
 
 def read_progress(path: Path) -> dict[str, list[float]]:
-    """Return the columns of a ``progress.csv``, with NaN for empty cells.
-
-    Raises:
-        RunError: The file is damaged.
-    """
+    """Return the columns of a ``progress.csv``, with NaN for empty cells."""
     rows = read_rows(path)
     columns = list(rows[0]) if rows else []
     try:

@@ -66,11 +66,7 @@ def write_arrays(path: Path, arrays: Arrays) -> None:
 
 
 def read_arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
-    """Read a file written by :func:`write_arrays`.
-
-    Raises:
-        CheckpointError: The file is missing or damaged.
-    """
+    """Read a file written by :func:`write_arrays`."""
     try:
         with np.load(path, allow_pickle=False) as file:
             return {name: file[name] for name in file.files}

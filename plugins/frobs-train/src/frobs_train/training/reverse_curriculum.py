@@ -135,9 +135,6 @@ def _expert_path(
     Returns:
         Concatenated snapshots, as arrays of shape (states · num_envs, …), and the indices of the environments in which
         the expert succeeded.
-
-    Raises:
-        RunError: The task has no expert, or the expert does not support the controllers or never succeeds.
     """
     try:
         expert = load_expert(env)

@@ -38,7 +38,6 @@ class _Curious(Monitor):
     seen: Any
 
     def predict(self) -> None:
-        """Request predictions."""
         for deterministic in (True, False):
             self.algorithm.predict(self.seen, deterministic=deterministic)
 

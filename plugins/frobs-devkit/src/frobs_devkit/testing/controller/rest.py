@@ -67,12 +67,7 @@ def _robots(subject: ControllerUnderTest) -> Iterator[tuple[Robot, RobotModel]]:
 
 
 def _expect_rest(subject: ControllerUnderTest, robot: Robot, model: RobotModel, group: str) -> None:
-    """Command a robot to stay, and raise CheckFailure if it does not rest.
-
-    Raises:
-        ConfigurationError: The controller cannot control this group.
-        NotApplicable: No action commands the robot to stay.
-    """
+    """Command a robot to stay, and raise CheckFailure if it does not rest."""
     gravity = EARTH
     if robot.base == "fixed" and not _carries_weight(subject, robot, model, group):
         gravity = WEIGHTLESS
@@ -111,11 +106,7 @@ def _carries_weight(subject: ControllerUnderTest, robot: Robot, model: RobotMode
 
 
 def _stay(controller: Controller, joints: JointGroup, control_timestep: float) -> Floats:
-    """Return the action that commands the robot to stay, (1, size).
-
-    Raises:
-        NotApplicable: There is no such action.
-    """
+    """Return the action that commands the robot to stay, (1, size)."""
     space, change = controller.action_space, controller.max_action_change
     if not has_zero(space):
         raise NotApplicable("the action space does not contain zero")

@@ -172,11 +172,7 @@ def _measured_again(env: Any) -> bool:
 
 
 def _expert_actions(env: Any) -> Iterator[Any]:
-    """Begin an episode, and yield the actions of the task's expert up to the first success, and then random actions.
-
-    Raises:
-        ConfigurationError: The expert does not support the controllers.
-    """
+    """Begin an episode, and yield the actions of the task's expert up to the first success, and then random actions."""
     expert = load_expert(inside(env))
     env.reset(seed=0)
     for action in _act(expert):
@@ -196,11 +192,7 @@ def _act(expert: Expert | None) -> Iterator[Any]:
 
 
 def _success_of_expert(env: Any) -> float:
-    """Return 1.0 if the task's expert succeeds, or 0.0 if the expert does not support the controllers.
-
-    Raises:
-        CheckFailure: The expert does not succeed in any of several episodes.
-    """
+    """Return 1.0 if the task's expert succeeds, or 0.0 if the expert does not support the controllers."""
     try:
         expert = load_expert(inside(env))
     except ConfigurationError:

@@ -9,7 +9,7 @@ import numpy as np
 
 from frobs_core.contracts import CommandMode, RobotHandle
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import UnknownNameError
+from frobs_core.util.errors import check_name
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.world import World
@@ -62,8 +62,7 @@ class Controller(Component):
         if not joints:
             raise ControllerError(self.topic, "the list of joints is empty; set at least one joint.")
         for name in joints:
-            if name not in self.model.joints:
-                raise UnknownNameError(f"actuated joint of '{self.model.name}'", name, self.model.joints)
+            check_name(f"actuated joint of '{self.model.name}'", name, self.model.joints)
             offered = self.model.description.modes.get(name)
             if self.model.description.has_transmissions and offered is not self.interface:
                 driven = "has no transmission" if offered is None else f"has only {INTERFACES[offered]}"

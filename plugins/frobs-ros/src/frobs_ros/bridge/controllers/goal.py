@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import UnknownNameError
+from frobs_core.util.errors import check_name
 from frobs_ros.errors import TrajectoryError, TrajectoryJointsError
 
 
@@ -48,8 +48,7 @@ def read_points(trajectory: Any, joints: Sequence[str], held: Floats, partial: b
     """
     names = list(trajectory.joint_names)
     for name in names:
-        if name not in joints:
-            raise UnknownNameError("joint of this controller", name, joints)
+        check_name("joint of this controller", name, joints)
     missing = [name for name in joints if name not in names]
     if (missing and not partial) or len(set(names)) != len(names):
         raise TrajectoryJointsError(names, joints)

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from frobs_core.util.errors import ConfigurationError, FrobsError, UnknownNameError
+from frobs_core.util.errors import ConfigurationError, FrobsError, UnknownNameError, check_name
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.controllers.controller import INTERFACES, Controller
@@ -75,8 +75,7 @@ class ControllerManager(Component):
                 f"the parameter {topic}/type is not set; load the controller's YAML file into the namespace "
                 f"'{self._namespace or '/'}' first.",
             )
-        if kind not in TYPES:
-            raise UnknownNameError("type of controller", kind, TYPES)
+        check_name("type of controller", kind, TYPES)
         self.controllers[name] = TYPES[kind](self._model, topic, parameters)
         self._types[name], self._states[name] = kind, "initialized"
 
@@ -87,8 +86,7 @@ class ControllerManager(Component):
             UnknownNameError: The controller is not loaded.
             ConfigurationError: The controller is running.
         """
-        if name not in self.controllers:
-            raise UnknownNameError("loaded controller", name, self.controllers)
+        check_name("loaded controller", name, self.controllers)
         if self._states[name] == "running":
             raise ControllerError(name, "a running controller cannot be unloaded; stop it first.")
         self.controllers.pop(name).close()

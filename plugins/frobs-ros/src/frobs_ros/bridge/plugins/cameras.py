@@ -122,7 +122,6 @@ class CameraTopics(Component):
 
 
 def _intrinsics(lens: Lens, plugin: Plugin) -> dict[str, Any]:
-    """Return the fields of a CameraInfo."""
     f, cx, cy = lens.focal_length, 0.5 * (lens.width + 1), 0.5 * (lens.height + 1)
     shift = -f * plugin.number("hackBaseline", default=0.0)
     return {

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from frobs_core.contracts import CommandMode
-from frobs_core.util.errors import UnknownNameError
+from frobs_core.util.errors import check_name
 from frobs_core.util.rotations import quat_conjugate
 from frobs_ros.bridge.extras import Plugin
 from frobs_ros.bridge.model import Model
@@ -104,8 +104,7 @@ def _base(
     timeout: float = math.inf,
 ) -> Base:
     for joint in joints:
-        if joint not in model.joints:
-            raise UnknownNameError(f"wheel of '{model.name}' for the plugin '{plugin.name}'", joint, model.joints)
+        check_name(f"wheel of '{model.name}' for the plugin '{plugin.name}'", joint, model.joints)
     if not (separation > 0.0 and radius > 0.0):
         raise GazeboElementError(
             f"the plugin '{plugin.name}'",

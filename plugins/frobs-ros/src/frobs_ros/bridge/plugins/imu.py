@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import UnknownNameError
+from frobs_core.util.errors import check_name
 from frobs_core.util.rotations import quat_conjugate, quat_from_rpy, quat_multiply, quat_rotate
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.extras import Plugin
@@ -123,8 +123,7 @@ def read_imu_sensor(plugin: Plugin, model: Model, space: str) -> tuple[Mount, Im
 
 
 def _mount(plugin: Plugin, model: Model, link: str, offset: Place) -> Mount:
-    if link not in model.links:
-        raise UnknownNameError(f"link of '{model.name}' for the plugin '{plugin.name}'", link, model.links)
+    check_name(f"link of '{model.name}' for the plugin '{plugin.name}'", link, model.links)
     return Mount(model, link, offset)
 
 

@@ -1,16 +1,60 @@
-"""Inertial measurement units, computed from the velocities of a link."""
+"""Instruments of the built-in sensor types."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from frobs_core.contracts import RobotHandle, Simulation, Snapshot
-from frobs_core.description import Sensor
+from frobs_core.description import Contact, Scene, Sensor
 from frobs_core.sensing.sensors.instrument import Instrument
 from frobs_core.util.arrays import Floats, Mask, rows_of
 from frobs_core.util.rotations import quat_conjugate, quat_rotate
+
+
+class LidarInstrument(Instrument):
+    """Instrument that measures the distance along each ray [m]."""
+
+    def measure(self) -> Floats:
+        """Return the distances, (num_envs, rays) [m]."""
+        return self.robot.lidar(self.name)
+
+
+class ForceTorqueInstrument(Instrument):
+    """Instrument that measures the force and torque that a joint transmits, in the sensor's frame."""
+
+    def measure(self) -> Floats:
+        """Return force [N] and torque [N·m], (num_envs, 6)."""
+        return self.simulation.sensor_wrench(self.robot.name, self.name)
+
+
+class BumperInstrument(Instrument):
+    """Instrument that reads 1.0 if any of a bumper's links touched something, and 0.0 otherwise."""
+
+    def __init__(
+        self, name: str, sensor: Sensor, simulation: Simulation, robot: RobotHandle, control_timestep: float
+    ) -> None:
+        super().__init__(name, sensor, simulation, robot, control_timestep)
+        self._contacts = [_contact(name, link, robot.name) for link in sensor.frames]
+
+    @classmethod
+    def contacts(cls, name: str, sensor: Any, robot: str, scene: Scene) -> Mapping[str, Contact]:
+        """Return one contact for each link. If there is no floor, ``"floor"`` is removed from the ignored objects."""
+        there = tuple(side for side in sensor.ignore if side != "floor" or scene.floor)
+        return {_contact(name, link, robot): Contact(first=f"{robot}/{link}", ignore=there) for link in sensor.frames}
+
+    def measure(self) -> Floats:
+        """Return the state of the switch, (num_envs, 1)."""
+        touched = self.simulation.contact(self._contacts[0])
+        for name in self._contacts[1:]:
+            touched = touched | self.simulation.contact(name)
+        return touched[:, None].astype(np.float64)
+
+
+def _contact(name: str, link: str, robot: str) -> str:
+    return f"{robot}/{name}/{link}"
 
 
 class ImuInstrument(Instrument):
@@ -55,10 +99,6 @@ class ImuInstrument(Instrument):
         arm = quat_rotate(self.robot.frame_pose(self._frame)[1], self._offset)
         return lin_vel_world + np.cross(ang_vel_world, arm)
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the most recent velocity and acceleration."""
-        return {"velocity": self._velocity.copy(), "acceleration": self._acceleration.copy()}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self._velocity, self._acceleration = snapshot["velocity"].copy(), snapshot["acceleration"].copy()
+        return {"velocity": self._velocity, "acceleration": self._acceleration}

@@ -1,0 +1,62 @@
+"""Requirements of a distribution that are not met, read from the same metadata that pip uses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from frobs_core.plugins import is_made_for
+from frobs_core.util.install_hints import local_install_hint
+
+
+@dataclass(frozen=True)
+class Missing:
+    """A requirement that is not met.
+
+    Attributes:
+        requirement: Requirement in the distribution's metadata, such as ``"mujoco>=4.0"``.
+        installed: Installed version, or ``""`` if the package is not installed.
+    """
+
+    requirement: str
+    installed: str
+
+    @property
+    def command(self) -> str:
+        """Command that installs the required version."""
+        if self.installed:
+            return f"pip install --upgrade '{self.requirement}'"
+        return local_install_hint(f"pip install '{self.requirement}'")
+
+
+def has_upper_bound(specifier: str) -> bool:
+    """Return whether a version specifier has an upper bound."""
+    return not is_made_for(specifier, "9999999")
+
+
+def missing(requirements: Iterable[str]) -> list[Missing]:
+    """Return the requirements that are not met, ignoring requirements that belong to extras."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    from packaging.requirements import InvalidRequirement, Requirement
+
+    found = []
+    for line in requirements:
+        try:
+            wanted = Requirement(line)
+        except InvalidRequirement:
+            continue
+        if wanted.marker is not None and not wanted.marker.evaluate({"extra": ""}):
+            continue
+        try:
+            there = version(wanted.name)
+        except PackageNotFoundError:
+            there = ""
+        if not there or not wanted.specifier.contains(there, prereleases=True):
+            found.append(Missing(f"{wanted.name}{_extras(wanted.extras)}{wanted.specifier}", there))
+    return found
+
+
+def _extras(names: Iterable[str]) -> str:
+    text = ",".join(sorted(names))
+    return f"[{text}]" if text else ""
