@@ -15,7 +15,7 @@ from frobs_core.contracts.simulation import Snapshot
 from frobs_core.description import ALL, Robot
 from frobs_core.models import RobotModel
 from frobs_core.util.arrays import Action, Floats, Mask
-from frobs_core.util.errors import IncompatibleSpaceError, UnsuitableRobotError
+from frobs_core.util.errors import IncompatibleSpaceError, MissingRobotError, UnsuitableRobotError
 
 
 def joint_groups(robot: Robot, model: RobotModel) -> dict[str, tuple[str, ...]]:
@@ -172,6 +172,19 @@ class Control:
                 places.append(start if discrete else slice(start, start + width))
                 start += width
             self._places.append(places)
+
+    def robot(self, name: str) -> RobotHandle:
+        """Return the handle of a controlled robot. Its controllers are ``robots[name].controllers``.
+
+        Args:
+            name: Name of the robot in the environment. A robot given by the keyword ``robot`` is named ``"robot"``.
+
+        Raises:
+            MissingRobotError: No controlled robot has this name.
+        """
+        if name not in self.robots:
+            raise MissingRobotError(name, self.robots)
+        return self.robots[name].robot
 
     def commands(self, actions: Action) -> list[Floats]:
         """Return one command per robot, in the order of ``robots``.

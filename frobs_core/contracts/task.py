@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from contextvars import ContextVar
+from functools import wraps
+from inspect import signature
 from typing import Any, ClassVar, TypedDict
 
-from frobs_core.contracts.controller import Controller
+from frobs_core.contracts.control import Control
 from frobs_core.contracts.simulation import Simulation, Snapshot
 from frobs_core.contracts.step_context import StepContext
+from frobs_core.deprecation import warn_deprecated
 from frobs_core.description import ObservationTerm
 from frobs_core.description.scene import Marker, Scene
 from frobs_core.plugins.records import Level
@@ -40,6 +44,8 @@ class Task(ABC):
     Attributes:
         reward_types: Valid values of ``reward_type``, the first of which is the default.
         reset_options: Keys of ``options`` that ``reset`` accepts.
+        robots: Names of the robots that the task needs. If one is missing, the environment raises MissingRobotError
+            before it builds the simulator.
         control_timestep: Default time between two actions [s].
         physics_timestep: Default duration of one physics step [s].
         success_rule: Success condition of an episode, as one sentence without a period, for listings and documentation
@@ -55,6 +61,7 @@ class Task(ABC):
 
     reward_types: ClassVar[Sequence[str]] = ("dense",)
     reset_options: ClassVar[Sequence[str]] = ()
+    robots: ClassVar[Sequence[str]] = ()
     control_timestep: ClassVar[float] = 0.04
     physics_timestep: ClassVar[float] = 0.002
     success_rule: ClassVar[str] = ""
@@ -84,8 +91,20 @@ class Task(ABC):
         return {}
 
     @abstractmethod
-    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
-        """Prepare for a simulation: store its handles and allocate buffers."""
+    def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
+        """Prepare for a simulation: store its handles and allocate buffers.
+
+        Args:
+            simulation: The simulation.
+            control: All controllers. ``control.robot("robot")`` returns the handle of a controlled robot.
+            control_timestep: Time between two actions [s].
+        """
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        """Let the ``bind`` of a subclass work with that of tasks of version 0.2."""
+        super().__init_subclass__(**kwargs)
+        if "bind" in vars(cls):
+            cls.bind = _accepting_controller(cls.bind)  # type: ignore[method-assign]
 
     @abstractmethod
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
@@ -152,3 +171,41 @@ class GoalTask(Task):
         Returns:
             Rewards of the shape (...), which equal :meth:`reward` for the goals of the last step.
         """
+
+
+_CONTROL: ContextVar[Control] = ContextVar("_CONTROL")
+"""Controllers of the environment whose task of version 0.2 is being bound."""
+
+
+def _accepting_controller(bind: Callable[..., None]) -> Callable[..., None]:
+    """Return a ``bind`` that works with the ``bind`` of version 0.2, whose parameter ``controller`` is the first one.
+
+    A task of version 0.2 gets the first controller, and passes it on to the ``bind`` of its base class or of its parts.
+    """
+    takes_controller = "controller" in signature(bind).parameters
+
+    @wraps(bind)
+    def accepting(
+        task: Task,
+        simulation: Simulation,
+        control: Any = None,
+        control_timestep: float = 0.0,
+        *,
+        controller: Any = None,
+    ) -> None:
+        control = controller if control is None else control
+        if not takes_controller:
+            bind(task, simulation, control if isinstance(control, Control) else _CONTROL.get(control), control_timestep)
+        elif not isinstance(control, Control):
+            bind(task, simulation, control, control_timestep)
+        else:
+            what = f"the parameter 'controller' of {type(task).__qualname__}.bind"
+            instead = "bind(self, simulation, control, control_timestep) and control.robot('robot')"
+            warn_deprecated(what, instead=instead, since="0.3", removed_in="0.4")
+            token = _CONTROL.set(control)
+            try:
+                bind(task, simulation, next(iter(control.controllers.values())), control_timestep)
+            finally:
+                _CONTROL.reset(token)
+
+    return accepting

@@ -25,6 +25,7 @@ from frobs_core.sensing.sensors.contacts import with_contacts
 from frobs_core.util.errors import (
     ConflictingOptionsError,
     InvalidTimestepError,
+    MissingRobotError,
     ObservationTermError,
     ParameterValueError,
     UnknownParameterError,
@@ -116,6 +117,9 @@ def plan(config: EnvConfig, num_envs: int, same_step: bool = False) -> Plan:
 
     _check_pace(simulator, num_envs, same_step)
     the_task: Task = build(f"task '{task.name}'", task.load(), config.task_parameters, KEYWORDS)
+    for name in the_task.robots:
+        if name not in robots:
+            raise MissingRobotError(name, robots, f"task '{task.name}'")
     needs = needs_of_task(task, the_task)
     needs |= {f"controller '{record.name}'": record.needs for record in records}
     needed = physical_parameters() if settings is not None else {}
@@ -203,7 +207,7 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
         )
         first = next(iter(joined.robots.values()))
         controller = next(iter(first.controllers.values()))
-        task.bind(simulation, controller, control)
+        task.bind(simulation=simulation, control=joined, control_timestep=control)
         commands = {name: robot.robot.home for name, robot in joined.robots.items()}
         context = StepContext(RandomSource(num_envs), joined.action_space, commands)
         added = AddedTerms(planned.observed, simulation, scene, joined, context, task.markers, control)

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.contracts import Controller, RobotHandle, Simulation, Snapshot, StepContext, Task
+from frobs_core.contracts import Control, RobotHandle, Simulation, Snapshot, StepContext, Task
 from frobs_core.description import Camera, EndEffector, ObservationTerm
 from frobs_core.plugins.records import Level
 from frobs_core.util.arrays import Floats, Mask, rows_of
@@ -58,6 +58,7 @@ class Manipulation(Task):
 
     reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
     reset_options: ClassVar[Sequence[str]] = ()
+    robots: ClassVar[Sequence[str]] = ("robot",)
     control_timestep: ClassVar[float] = 0.04
     physics_timestep: ClassVar[float] = 0.004
     start_opening: ClassVar[float] = 1.0
@@ -86,14 +87,14 @@ class Manipulation(Task):
         x, y = self.center.tolist()
         return {"overview": Camera(pos=(x + 0.75, y - 0.75, 0.65), target=(x - 0.1, y, 0.12), fov_y=42.0)}
 
-    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+    def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
         """Bind the task to a simulation.
 
         Raises:
             UnsuitableRobotError: The robot has no gripper, or its tool cannot reach the working area.
         """
         self._simulation = simulation
-        self._robot: RobotHandle = simulation.robots["robot"]
+        self._robot: RobotHandle = control.robot("robot")
         self.num_envs = self._robot.num_envs
         tool = gripper_of(self._robot)
         names = self._robot.joint_names
