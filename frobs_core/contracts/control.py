@@ -68,7 +68,7 @@ class RobotControl:
         self._columns: list[slice | np.ndarray[Any, Any]] = []  # columns of each group in the robot's command
         groups = joint_groups(robot.robot, robot.model)
         for name, controller in controllers.items():
-            group = robot.group(groups[name], robot.robot.tcp_of(name))
+            group = robot.group(groups[name], name=name)
             controller.bind(group, control_timestep, decimation)
             self._columns.append(group.columns if isinstance(group, JointSubset) else slice(None))
         self._covers_all = len(controllers) == 1 and self._columns == [slice(None)]
