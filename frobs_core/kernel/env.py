@@ -37,6 +37,10 @@ class RobotEnv(CopiedByArguments, gym.Env[Any, Any]):
         controller: Controller of the first controlled robot's first joint group.
         observations: Observation terms, with their columns and units.
         step_context: Data about the latest step, for use by the task.
+        after_reset: List of functions that are called after each reset and before the first observation. The argument
+            is the mask of the reset environments, or None for all, as here.
+        after_step: List of functions that are called after each step with its result, a
+            :data:`frobs_core.kernel.loop.StepResult`.
         randomization: The randomization with its current values, or None if nothing is randomized.
 
     Raises:
@@ -54,6 +58,7 @@ class RobotEnv(CopiedByArguments, gym.Env[Any, Any]):
         parts = compose(config, 1)
         self._loop = Loop(parts, 1)
         self.step_context = parts.context
+        self.after_reset, self.after_step = self._loop.after_reset, self._loop.after_step
         self.simulation, self.control, self.task = parts.simulation, parts.control, parts.task
         self.robot, self.controller = parts.robot, parts.controller
         self.randomization = parts.randomization

@@ -37,7 +37,11 @@ class Loop:
         context: Data about the latest step, for use by the task.
         rng: Source of all random numbers.
         after_reset: Functions that are called in this order after each reset and before the first observation, with the
-            mask of the reset environments.
+            mask of the reset environments, or None for all.
+        after_step: Functions that are called in this order after each control step and before any automatic reset, with
+            its result.
+        before_autoreset: Functions that a vector environment calls in this order before each automatic reset, with the
+            mask of the environments to reset, (num_envs,) bool.
         discrete: Whether the action space is not a Box.
     """
 
@@ -49,6 +53,8 @@ class Loop:
         self.context, self.rng = parts.context, parts.context.rng
         self._check_reset = parts.check_reset
         self.after_reset: list[Callable[[Mask | None], None]] = []
+        self.after_step: list[Callable[[StepResult], None]] = []
+        self.before_autoreset: list[Callable[[Mask], None]] = []
         self.discrete = not isinstance(parts.control.action_space, gym.spaces.Box)
         # Optional parts of a step are resolved here, so that a step does not test for them or call empty methods.
         self._robots = [(name, robot.robot) for name, robot in parts.control.robots.items()]
@@ -138,7 +144,10 @@ class Loop:
         for part, report, keys in self._reports:  # follows task.reward(), because the reports include reward terms
             for name, values in report(part).items():
                 info[keys[name]] = values
-        return observation, reward, terminated, self.simulation.diverged, info
+        result = observation, reward, terminated, self.simulation.diverged, info
+        for callback in self.after_step:
+            callback(result)
+        return result
 
     def snapshot(self) -> Snapshot:
         """Return the complete state of all parts."""

@@ -17,6 +17,7 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 from frobs_core.contracts import Snapshot
+from frobs_core.deprecation import deprecated
 from frobs_core.description import Observation
 from frobs_core.kernel.compose import compose
 from frobs_core.kernel.config import RENDER_MODES, EnvConfig
@@ -51,6 +52,14 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         controller: Controller of the first controlled robot's first joint group.
         final_observation: Final observations of the latest step in which episodes ended, (num_envs, …). Only the rows
             of environments whose episode ended are valid.
+        after_reset: List of functions that are called after each reset with the mask of the reset environments, or None
+            for all. They are called before the environments are observed, so they may change the initial states of the
+            episodes, for example with :meth:`restore_rows`.
+        after_step: List of functions that are called after each step and before any automatic reset with the result of
+            the step, a :data:`frobs_core.kernel.loop.StepResult`. Rows of environments that wait for a next-step
+            autoreset are not meaningful.
+        before_autoreset: List of functions that are called before each automatic reset with the mask of the
+            environments to reset, (num_envs,) bool. The simulation still has the last state of their episodes.
         observations: Observation terms, with their columns and units.
         randomization: The randomization with its current values, or None if nothing is randomized.
     """
@@ -73,6 +82,8 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         parts = compose(config, num_envs, self.autoreset_mode is AutoresetMode.SAME_STEP)
         self._loop = Loop(parts, num_envs)
         self.step_context = parts.context
+        self.after_reset, self.after_step = self._loop.after_reset, self._loop.after_step
+        self.before_autoreset = self._loop.before_autoreset
         self.simulation, self.control, self.task = parts.simulation, parts.control, parts.task
         self.robot, self.controller = parts.robot, parts.controller
         self.randomization = parts.randomization
@@ -207,6 +218,8 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
             raise ResetNeededError(f"no episode is running in environments {which[:8]}; call reset() first.")
         # Invalid actions raise an error before any state changes, including the random state.
         checked = self._checked(actions)
+        if waiting is not None:
+            self._announce(waiting)
         if waiting is not None and waiting.all():  # next-step autoreset: actions are ignored, so no robot moves
             self._elapsed[:], self._ended = 0, self._none.copy()
             observation = self._loop.begin(None, {})
@@ -235,10 +248,15 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
             if self.autoreset_mode is AutoresetMode.SAME_STEP:
                 self.final_observation = observation
                 info = _final_info(observation, info, done)
+                self._announce(done)
                 observation = self._begin_again(done, observation)
             else:
                 self._ended = done | (self._ended if self.autoreset_mode is AutoresetMode.DISABLED else self._none)
         return observation, reward, terminated, truncated, info
+
+    def _announce(self, mask: Mask) -> None:
+        for callback in self.before_autoreset:
+            callback(mask.copy())
 
     def _begin_again(self, mask: Mask, observation: Observation) -> Observation:
         """Reset the environments selected by ``mask`` and insert their first observations into ``observation``."""
@@ -296,13 +314,10 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         self._loop.restore_rows(mask, snapshot, rows)
         self._elapsed[mask] = snapshot["elapsed"][rows]
 
+    @deprecated(instead="after_reset.append", since="0.3", removed_in="0.4")
     def call_after_reset(self, callback: Callable[[Mask | None], None]) -> None:
-        """Add a function that is called after each reset with the mask of the reset environments, or None for all.
-
-        The function is called before the environments are observed, so it may change the episodes' initial states, for
-        example with :meth:`restore_rows`. Several functions are called in the order in which they were added.
-        """
-        self._loop.after_reset.append(callback)
+        """Add a function to ``after_reset``."""
+        self.after_reset.append(callback)
 
     def close_extras(self, **kwargs: Any) -> None:
         """Release the simulation."""
