@@ -7,6 +7,7 @@ import logging
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from frobs_core.contracts import Controller, RobotHandle, Simulation, StepContext, Task
@@ -54,6 +55,7 @@ class Parts:
         controller: Controller of the first controlled robot's first joint group.
         check_reset: Function that raises CapabilityError if the simulator does not support a reset with the given
             option names.
+        bind_terms: Function that binds observation terms outside the observation, given their settings.
     """
 
     simulation: Simulation
@@ -67,6 +69,7 @@ class Parts:
     control_timestep: float
     decimation: int
     check_reset: Callable[[Collection[str]], None]
+    bind_terms: Callable[[Mapping[str, Any]], AddedTerms]
     randomization: Randomization | None = None
 
 
@@ -210,7 +213,16 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
         task.bind(simulation=simulation, control=joined, control_timestep=control)
         commands = {name: robot.robot.home for name, robot in joined.robots.items()}
         context = StepContext(RandomSource(num_envs), joined.action_space, commands)
-        added = AddedTerms(planned.observed, simulation, scene, joined, context, task.markers, control)
+        bind_terms = partial(
+            AddedTerms,
+            simulation=simulation,
+            scene=scene,
+            control=joined,
+            context=context,
+            markers=task.markers,
+            control_timestep=control,
+        )
+        added = bind_terms(planned.observed)
         terms = without_dropped(task.observation_terms(), config.observations)
         for name in added.terms:
             if name in terms:
@@ -220,6 +232,14 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
     except BaseException:
         simulation.close()
         raise
+
+    def bind_more_terms(given: Mapping[str, Any]) -> AddedTerms:
+        settings = read_observations(given)
+        for name in given.keys() - settings.keys():
+            raise ObservationTermError(name, "is None, but only a term of the observation can be dropped.")
+        check_capabilities(simulator.name, simulator.capabilities, needed_capabilities(settings))
+        return bind_terms(settings)
+
     return Parts(
         simulation=simulation,
         control=joined,
@@ -234,6 +254,7 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
         check_reset=lambda options: check_capabilities(
             simulator.name, simulator.capabilities, needs_of_task(planned.task_record, task, options)
         ),
+        bind_terms=bind_more_terms,
         randomization=randomization,
     )
 

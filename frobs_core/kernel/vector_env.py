@@ -282,6 +282,10 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
             raise invalid_action(actions, self.action_space)
         return array
 
+    def read_terms(self, settings: Mapping[str, Any]) -> dict[str, np.ndarray[Any, Any]]:
+        """Read observation terms outside the observation, (num_envs, …) each. See :meth:`frobs_core.kernel.env.RobotEnv.read_terms`."""
+        return self._loop.read_terms(settings)
+
     def render(self) -> tuple[Any, ...] | None:
         """Return one image per environment, (height, width, 3) uint8, if ``render_mode`` is ``"rgb_array"``."""
         if self.render_mode != "rgb_array":
