@@ -15,6 +15,7 @@ from frobs_core.contracts.control import Control, RobotControl, joint_groups
 from frobs_core.description import Placement, Robot, Scene
 from frobs_core.kernel.added_terms import AddedTerms, needed_capabilities, without_dropped
 from frobs_core.kernel.added_terms import read_settings as read_observations
+from frobs_core.kernel.cameras import capabilities_for_cameras, with_cameras
 from frobs_core.kernel.config import KEYWORDS, EnvConfig
 from frobs_core.kernel.robot_config import RobotConfig, find_record
 from frobs_core.models import load_model
@@ -151,6 +152,8 @@ def plan(config: EnvConfig, num_envs: int, same_step: bool = False) -> Plan:
     placements = {name: _place(robots[name], descriptions[name], controllers[name], scene, name) for name in robots}
     _check_apart(placements)
     everything = scene.all_robots(placements)
+    scene = with_cameras(scene, config.cameras, everything)
+    check_capabilities(simulator.name, simulator.capabilities, capabilities_for_cameras(scene, config.cameras))
     if simulator.capabilities.get("contacts", Level.UNSUPPORTED) != Level.UNSUPPORTED:
         scene = with_contacts(scene, everything)
     return Plan(

@@ -42,6 +42,7 @@ _MAPPINGS = (
     "package_paths",
     "home",
     "observations",
+    "cameras",
     "task_parameters",
 )
 
@@ -89,6 +90,11 @@ class EnvConfig:
         observations: Observation terms to add to the task's terms, by name, for example ``{"joints": {"type":
             "joint_efforts"}, "wrist": {"camera": "overview", "size": [84, 84]}}``; see :mod:`frobs_core.kernel.added_terms`. A
             value of None drops the task's term with that name, and ``{"*": None}`` drops all task terms except goals.
+        cameras: Cameras to add to the task's scene, by name, for example ``{"wrist": {"robot": "robot", "link": "tool0",
+            "pos": [0, 0.05, 0], "target": [0, 0, 0.2], "fov_y": 60}}`` [m, deg]. A camera is fixed to a ``link`` of a
+            robot (by default the first), to a ``body`` of the scene, or else in the world. Optional settings are
+            ``up``, and ``intrinsics`` instead of ``fov_y``; see :class:`frobs_core.description.Camera`. If the scene
+            already has a camera with this name, only the given settings change.
         num_threads: Number of engine threads, or 0 for one thread per processor.
         randomize: Domain randomization settings; see :mod:`frobs_core.sensing.randomization`.
         task_parameters: Keywords of the task.
@@ -118,6 +124,7 @@ class EnvConfig:
     base: str | None = None
     differential_drive: Mapping[str, Any] | None = None
     observations: Mapping[str, Any] = field(default_factory=dict)
+    cameras: Mapping[str, Any] = field(default_factory=dict)
     num_threads: int = 0
     randomize: Mapping[str, Any] | None = None
     task_parameters: Mapping[str, Any] = field(default_factory=dict)
