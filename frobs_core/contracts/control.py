@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import gymnasium as gym
@@ -15,7 +15,7 @@ from frobs_core.contracts.simulation import Snapshot
 from frobs_core.description import ALL, Robot
 from frobs_core.models import RobotModel
 from frobs_core.util.arrays import Action, Floats, Mask
-from frobs_core.util.errors import IncompatibleSpaceError, MissingRobotError, UnsuitableRobotError
+from frobs_core.util.errors import IncompatibleSpaceError, MissingSettingError, UnsuitableRobotError
 
 
 def joint_groups(robot: Robot, model: RobotModel) -> dict[str, tuple[str, ...]]:
@@ -43,6 +43,17 @@ def joint_groups(robot: Robot, model: RobotModel) -> dict[str, tuple[str, ...]]:
                 )
             group_of[joint] = group
     return {group: tuple(joints) for group, joints in robot.groups.items()}
+
+
+def check_robot(owner: str, name: str, robots: Collection[str]) -> None:
+    """Check that there is a controlled robot with the name that its owner needs.
+
+    Raises:
+        MissingSettingError: There is no such robot.
+    """
+    if name not in robots:
+        advice = f"the robots are named {', '.join(robots)}; rename one of them: robots={{'{name}': …}}"
+        raise MissingSettingError(owner, f"a robot named '{name}'", advice)
 
 
 class RobotControl:
@@ -180,10 +191,9 @@ class Control:
             name: Name of the robot in the environment. A robot given by the keyword ``robot`` is named ``"robot"``.
 
         Raises:
-            MissingRobotError: No controlled robot has this name.
+            MissingSettingError: No controlled robot has this name.
         """
-        if name not in self.robots:
-            raise MissingRobotError(name, self.robots)
+        check_robot("the task", name, self.robots)
         return self.robots[name].robot
 
     def commands(self, actions: Action) -> list[Floats]:

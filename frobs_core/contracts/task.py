@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping, Sequence
-from contextvars import ContextVar
+from contextvars import ContextVar, copy_context
 from functools import wraps
 from inspect import signature
 from typing import Any, ClassVar, TypedDict
@@ -44,8 +44,8 @@ class Task(ABC):
     Attributes:
         reward_types: Valid values of ``reward_type``, the first of which is the default.
         reset_options: Keys of ``options`` that ``reset`` accepts.
-        robots: Names of the robots that the task needs. If one is missing, the environment raises MissingRobotError
-            before it builds the simulator.
+        robots: Names of the robots that the task needs. If one is missing, the environment raises
+            MissingSettingError before it builds the simulator.
         control_timestep: Default time between two actions [s].
         physics_timestep: Default duration of one physics step [s].
         success_rule: Success condition of an episode, as one sentence without a period, for listings and documentation
@@ -173,12 +173,11 @@ class GoalTask(Task):
         """
 
 
-_CONTROL: ContextVar[Control] = ContextVar("_CONTROL")
-"""Controllers of the environment whose task of version 0.2 is being bound."""
+_CONTROL: ContextVar[Control] = ContextVar("_CONTROL")  # of the environment whose task of version 0.2 is bound
 
 
 def _accepting_controller(bind: Callable[..., None]) -> Callable[..., None]:
-    """Return a ``bind`` that works with the ``bind`` of version 0.2, whose parameter ``controller`` is the first one.
+    """Return a ``bind`` that works with the ``bind`` of version 0.2, which has the parameter ``controller``.
 
     A task of version 0.2 gets the first controller, and passes it on to the ``bind`` of its base class or of its parts.
     """
@@ -194,18 +193,16 @@ def _accepting_controller(bind: Callable[..., None]) -> Callable[..., None]:
         controller: Any = None,
     ) -> None:
         control = controller if control is None else control
-        if not takes_controller:
-            bind(task, simulation, control if isinstance(control, Control) else _CONTROL.get(control), control_timestep)
-        elif not isinstance(control, Control):
+        if not takes_controller and not isinstance(control, Control):
+            control = _CONTROL.get(control)
+        if not takes_controller or not isinstance(control, Control):
             bind(task, simulation, control, control_timestep)
-        else:
-            what = f"the parameter 'controller' of {type(task).__qualname__}.bind"
-            instead = "bind(self, simulation, control, control_timestep) and control.robot('robot')"
-            warn_deprecated(what, instead=instead, since="0.3", removed_in="0.4")
-            token = _CONTROL.set(control)
-            try:
-                bind(task, simulation, next(iter(control.controllers.values())), control_timestep)
-            finally:
-                _CONTROL.reset(token)
+            return
+        what = f"the parameter 'controller' of {type(task).__qualname__}.bind"
+        instead = "bind(self, simulation, control, control_timestep) and control.robot('robot')"
+        warn_deprecated(what, instead=instead, since="0.3", removed_in="0.4")
+        context = copy_context()
+        context.run(_CONTROL.set, control)
+        context.run(bind, task, simulation, next(iter(control.controllers.values())), control_timestep)
 
     return accepting

@@ -58,17 +58,16 @@ class Contact:
 class Intrinsics:
     """Focal length and principal point of a camera, as a calibration with OpenCV or ROS returns them.
 
-    The point (x, y, z) in front of the camera, with x to the right, y down and z forward, is shown at the column
-    u = fx · x / z + cx and the row v = fy · y / z + cy. The center of the upper left pixel is at (0, 0). An image of
-    another size shows the same section of the scene.
+    The point (x, y, z), with x to the right, y down and z forward, is shown at the column fx · x / z + cx and the row
+    fy · y / z + cy. The center of the upper left pixel is at (0, 0). Images of all sizes show the same section.
 
     Attributes:
-        fx: Horizontal focal length [pixels], > 0.
-        fy: Vertical focal length [pixels], > 0.
+        fx: Horizontal focal length [pixels].
+        fy: Vertical focal length [pixels].
         cx: Column of the principal point [pixels].
         cy: Row of the principal point [pixels].
-        width: Width of the image that the other values refer to [pixels].
-        height: Height of the image that the other values refer to [pixels].
+        width: Width of the image that these values refer to [pixels].
+        height: Height of the image that these values refer to [pixels].
     """
 
     fx: float

@@ -7,15 +7,13 @@ import logging
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 from frobs_core.contracts import Controller, RobotHandle, Simulation, StepContext, Task
-from frobs_core.contracts.control import Control, RobotControl, joint_groups
+from frobs_core.contracts.control import Control, RobotControl, check_robot, joint_groups
 from frobs_core.description import Placement, Robot, Scene
 from frobs_core.kernel.added_terms import AddedTerms, needed_capabilities, without_dropped
 from frobs_core.kernel.added_terms import read_settings as read_observations
-from frobs_core.kernel.cameras import capabilities_for_cameras, with_cameras
 from frobs_core.kernel.config import KEYWORDS, EnvConfig
 from frobs_core.kernel.robot_config import RobotConfig, find_record
 from frobs_core.models import load_model
@@ -27,7 +25,6 @@ from frobs_core.sensing.sensors.contacts import with_contacts
 from frobs_core.util.errors import (
     ConflictingOptionsError,
     InvalidTimestepError,
-    MissingRobotError,
     ObservationTermError,
     ParameterValueError,
     UnknownParameterError,
@@ -122,8 +119,7 @@ def plan(config: EnvConfig, num_envs: int, same_step: bool = False) -> Plan:
     _check_pace(simulator, num_envs, same_step)
     the_task: Task = build(f"task '{task.name}'", task.load(), config.task_parameters, KEYWORDS)
     for name in the_task.robots:
-        if name not in robots:
-            raise MissingRobotError(name, robots, f"task '{task.name}'")
+        check_robot(f"task '{task.name}'", name, robots)
     needs = needs_of_task(task, the_task)
     needs |= {f"controller '{record.name}'": record.needs for record in records}
     needed = physical_parameters() if settings is not None else {}
@@ -152,8 +148,15 @@ def plan(config: EnvConfig, num_envs: int, same_step: bool = False) -> Plan:
     placements = {name: _place(robots[name], descriptions[name], controllers[name], scene, name) for name in robots}
     _check_apart(placements)
     everything = scene.all_robots(placements)
-    scene = with_cameras(scene, config.cameras, everything)
-    check_capabilities(simulator.name, simulator.capabilities, capabilities_for_cameras(scene, config.cameras))
+    if config.cameras:
+        from frobs_core.kernel.cameras import with_cameras  # imports pydantic
+
+        scene = with_cameras(scene, config.cameras, everything)
+    needs = {f"cameras.{name}": {"cameras": Level.APPROXIMATE} for name in config.cameras}
+    for name, camera in scene.cameras.items():
+        if camera.intrinsics is not None:
+            needs[f"cameras.{name}"] = {**needs.get(f"cameras.{name}", {}), "camera_intrinsics": Level.APPROXIMATE}
+    check_capabilities(simulator.name, simulator.capabilities, needs)
     if simulator.capabilities.get("contacts", Level.UNSUPPORTED) != Level.UNSUPPORTED:
         scene = with_contacts(scene, everything)
     return Plan(
@@ -216,16 +219,7 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
         task.bind(simulation=simulation, control=joined, control_timestep=control)
         commands = {name: robot.robot.home for name, robot in joined.robots.items()}
         context = StepContext(RandomSource(num_envs), joined.action_space, commands)
-        bind_terms = partial(
-            AddedTerms,
-            simulation=simulation,
-            scene=scene,
-            control=joined,
-            context=context,
-            markers=task.markers,
-            control_timestep=control,
-        )
-        added = bind_terms(planned.observed)
+        added = AddedTerms(planned.observed, simulation, scene, joined, context, task.markers, control)
         terms = without_dropped(task.observation_terms(), config.observations)
         for name in added.terms:
             if name in terms:
@@ -236,12 +230,12 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
         simulation.close()
         raise
 
-    def bind_more_terms(given: Mapping[str, Any]) -> AddedTerms:
+    def bind_terms(given: Mapping[str, Any]) -> AddedTerms:
         settings = read_observations(given)
         for name in given.keys() - settings.keys():
             raise ObservationTermError(name, "is None, but only a term of the observation can be dropped.")
         check_capabilities(simulator.name, simulator.capabilities, needed_capabilities(settings))
-        return bind_terms(settings)
+        return AddedTerms(settings, simulation, scene, joined, context, task.markers, control)
 
     return Parts(
         simulation=simulation,
@@ -257,7 +251,7 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
         check_reset=lambda options: check_capabilities(
             simulator.name, simulator.capabilities, needs_of_task(planned.task_record, task, options)
         ),
-        bind_terms=bind_more_terms,
+        bind_terms=bind_terms,
         randomization=randomization,
     )
 

@@ -37,10 +37,8 @@ class RobotEnv(CopiedByArguments, gym.Env[Any, Any]):
         controller: Controller of the first controlled robot's first joint group.
         observations: Observation terms, with their columns and units.
         step_context: Data about the latest step, for use by the task.
-        after_reset: List of functions that are called after each reset and before the first observation. The argument
-            is the mask of the reset environments, or None for all, as here.
-        after_step: List of functions that are called after each step with its result, a
-            :data:`frobs_core.kernel.loop.StepResult`.
+        after_reset: Functions to call after each reset; see :class:`frobs_core.kernel.loop.Loop`.
+        after_step: Functions to call after each step.
         randomization: The randomization with its current values, or None if nothing is randomized.
 
     Raises:

@@ -38,11 +38,11 @@ class Loop:
         context: Data about the latest step, for use by the task.
         rng: Source of all random numbers.
         after_reset: Functions that are called in this order after each reset and before the first observation, with the
-            mask of the reset environments, or None for all.
-        after_step: Functions that are called in this order after each control step and before any automatic reset, with
-            its result.
-        before_autoreset: Functions that a vector environment calls in this order before each automatic reset, with the
-            mask of the environments to reset, (num_envs,) bool.
+            mask of the reset environments, or None for all. They may change the initial state.
+        after_step: Functions that are called with the result of each step, before any automatic reset. The rows of
+            environments that wait for a next-step autoreset are not meaningful.
+        before_autoreset: Functions that a vector environment calls before each automatic reset, when the simulation
+            still has the last state, with the mask of the environments to reset, (num_envs,) bool.
         discrete: Whether the action space is not a Box.
     """
 

@@ -52,14 +52,9 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         controller: Controller of the first controlled robot's first joint group.
         final_observation: Final observations of the latest step in which episodes ended, (num_envs, …). Only the rows
             of environments whose episode ended are valid.
-        after_reset: List of functions that are called after each reset with the mask of the reset environments, or None
-            for all. They are called before the environments are observed, so they may change the initial states of the
-            episodes, for example with :meth:`restore_rows`.
-        after_step: List of functions that are called after each step and before any automatic reset with the result of
-            the step, a :data:`frobs_core.kernel.loop.StepResult`. Rows of environments that wait for a next-step
-            autoreset are not meaningful.
-        before_autoreset: List of functions that are called before each automatic reset with the mask of the
-            environments to reset, (num_envs,) bool. The simulation still has the last state of their episodes.
+        after_reset: Functions to call after each reset; see :class:`frobs_core.kernel.loop.Loop`.
+        after_step: Functions to call after each step.
+        before_autoreset: Functions to call before each automatic reset.
         observations: Observation terms, with their columns and units.
         randomization: The randomization with its current values, or None if nothing is randomized.
     """
@@ -218,8 +213,8 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
             raise ResetNeededError(f"no episode is running in environments {which[:8]}; call reset() first.")
         # Invalid actions raise an error before any state changes, including the random state.
         checked = self._checked(actions)
-        if waiting is not None:
-            self._announce(waiting)
+        for callback in self.before_autoreset if waiting is not None else ():
+            callback(waiting.copy())
         if waiting is not None and waiting.all():  # next-step autoreset: actions are ignored, so no robot moves
             self._elapsed[:], self._ended = 0, self._none.copy()
             observation = self._loop.begin(None, {})
@@ -248,15 +243,12 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
             if self.autoreset_mode is AutoresetMode.SAME_STEP:
                 self.final_observation = observation
                 info = _final_info(observation, info, done)
-                self._announce(done)
+                for callback in self.before_autoreset:
+                    callback(done.copy())
                 observation = self._begin_again(done, observation)
             else:
                 self._ended = done | (self._ended if self.autoreset_mode is AutoresetMode.DISABLED else self._none)
         return observation, reward, terminated, truncated, info
-
-    def _announce(self, mask: Mask) -> None:
-        for callback in self.before_autoreset:
-            callback(mask.copy())
 
     def _begin_again(self, mask: Mask, observation: Observation) -> Observation:
         """Reset the environments selected by ``mask`` and insert their first observations into ``observation``."""

@@ -24,7 +24,6 @@ Class hierarchy::
     │   ├── ObservationTermError    an observation term is invalid
     │   ├── SensorSettingError      the settings of a sensor are invalid
     │   ├── RandomizationError      the settings in randomize=… are invalid
-    │   ├── MissingRobotError       the environment has no robot with the name that a task needs
     │   ├── UnsuitableRobotError    a task, controller or tool cannot use this robot
     │   ├── IncompatibleSpaceError  an algorithm, wrapper or controller cannot use this space
     │   ├── ModelMismatchError      a trained model or run was made for a different environment
@@ -431,25 +430,6 @@ class ObservationTermError(ConfigurationError):
         self.term = term
         self.reason = reason
         super().__init__(f"the observation term '{term}' {reason}")
-
-
-class MissingRobotError(ConfigurationError):
-    """The environment has no robot with the name that a task needs.
-
-    Args:
-        name: The name that the task asks for.
-        available: Names of the controlled robots.
-        owner: Object that needs the robot, such as ``"task 'reach'"``.
-    """
-
-    def __init__(self, name: str, available: Iterable[str], owner: str = "the task") -> None:
-        self.name = name
-        self.available = tuple(available)
-        self.owner = owner
-        super().__init__(
-            f"{owner} needs a robot named '{name}', but the environment's robots are named "
-            f"{', '.join(self.available)}; rename one of them: robots={{'{name}': …}}."
-        )
 
 
 class UnsuitableRobotError(ConfigurationError):

@@ -15,7 +15,7 @@ from frobs_core.kernel.config import EnvConfig
 from frobs_core.kernel.env import RobotEnv
 from frobs_core.plugins import get_record
 from frobs_core.plugins.records import TaskRecord
-from frobs_core.util.errors import MissingRobotError
+from frobs_core.util.errors import MissingSettingError
 from frobs_tasks_reach.reach import Reach
 from frobs_tasks_reach.together import ReachTogether
 
@@ -53,15 +53,15 @@ def reach_with(task: type, **keywords: Any) -> RobotEnv:
 
 
 def test_missing_robot_is_named_with_the_existing_ones() -> None:
-    text = r"needs a robot named 'robot', but .* are named left, right; rename one of them: robots=\{'robot': …\}"
-    with pytest.raises(MissingRobotError, match=text):
+    text = r"needs a robot named 'robot'; .* named left, right; rename one of them: robots=\{'robot': …\}"
+    with pytest.raises(MissingSettingError, match=text):
         RobotEnv(task="reach", robots=ARMS, controller="joint_delta_position")
 
 
 def test_stated_robot_is_missed_before_the_simulator_is_loaded() -> None:
     simulator = replace(get_record("simulator", "mujoco"), entry_point="no_such_module:Simulation")
     config = EnvConfig(task="push", robots={"left": "panda"}, controller="tcp_delta_pose", simulator=simulator)  # type: ignore[arg-type]
-    with pytest.raises(MissingRobotError, match="task 'push' needs a robot named 'robot'"):
+    with pytest.raises(MissingSettingError, match="task 'push' needs a robot named 'robot'"):
         plan(config, 1)
 
 
