@@ -15,7 +15,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.contracts import Controller, Simulation, Snapshot, StepContext, Task
+from frobs_core.contracts import Control, Simulation, Snapshot, StepContext, Task
 from frobs_core.description import ObservationTerm
 from frobs_core.plugins.records import Level, TaskRecord
 from frobs_core.util.arrays import Floats, Mask, rows_of
@@ -26,9 +26,9 @@ from frobs_devkit.testing import check_task, run_checks
 class CopyPosture(Task):
     """Move all joints to a random posture. Every array has one row for each environment."""
 
-    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+    def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
         """Store the robot, and allocate the goals."""
-        self.robot = simulation.robots["robot"]
+        self.robot = control.robot("robot")
         self.goal: Floats = self.robot.home.copy()  # (num_envs, dof) [rad]
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.contracts import Controller, Simulation, Snapshot, StepContext, Task
+from frobs_core.contracts import Control, Simulation, Snapshot, StepContext, Task
 from frobs_core.description import Camera, Marker, ObservationTerm, Scene
 from frobs_core.util.arrays import Floats, Mask, rows_of
 from frobs_core.util.errors import ConfigurationError
@@ -40,6 +40,7 @@ class MyDrive(Task):
 
     reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
     reset_options: ClassVar[Sequence[str]] = ("goal",)
+    robots: ClassVar[Sequence[str]] = ("robot",)  # names of the robots that the task needs
     control_timestep: ClassVar[float] = 0.1  # [s] between two actions
     physics_timestep: ClassVar[float] = 0.005  # [s] duration of a physics step
 
@@ -69,9 +70,9 @@ class MyDrive(Task):
         """Return the scene without the robot: a floor and a camera."""
         return Scene(cameras={"overview": Camera(pos=(0.0, -2.6, 2.8), target=(0.0, 0.0, 0.0))})
 
-    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+    def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
         """Prepare for a simulation: store the robot's handle and allocate buffers."""
-        self._robot = robot = simulation.robots["robot"]
+        self._robot = robot = control.robot("robot")
         self._start = [part.copy() for part in robot.base_pose]  # pos (num_envs, 3), quat_wxyz (num_envs, 4)
         self._goal: Floats = np.zeros((robot.num_envs, 3))
         self._way: Floats = np.zeros((robot.num_envs, 3))

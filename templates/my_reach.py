@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.contracts import Controller, Simulation, Snapshot, StepContext, Task
+from frobs_core.contracts import Control, Simulation, Snapshot, StepContext, Task
 from frobs_core.description import Camera, Marker, ObservationTerm, Scene
 from frobs_core.models import longest_reach
 from frobs_core.util.arrays import Floats, Mask, rows_of
@@ -50,6 +50,7 @@ class MyReach(Task):
 
     reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
     reset_options: ClassVar[Sequence[str]] = ("goal", "joint_positions")
+    robots: ClassVar[Sequence[str]] = ("robot",)  # names of the robots that the task needs
     control_timestep: ClassVar[float] = 0.04  # [s] between two actions
     physics_timestep: ClassVar[float] = 0.002  # [s] duration of a physics step
 
@@ -65,9 +66,9 @@ class MyReach(Task):
         """Return the scene without the robot: a floor and a camera."""
         return Scene(cameras={"overview": Camera(pos=(1.4, -1.4, 1.1), target=(0.0, 0.0, 0.35))})
 
-    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+    def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
         """Prepare for a simulation: determine the reachable positions and allocate buffers."""
-        self._robot = robot = simulation.robots["robot"]
+        self._robot = robot = control.robot("robot")
         self._reachable = self._survey()  # (k, 3) [m]
         self._shoulder = robot.model.actuated_joints[0].child
         self._goal: Floats = np.zeros((robot.num_envs, 3))

@@ -12,6 +12,7 @@ from gymnasium.vector import AutoresetMode
 
 import frobs_core.plugins
 from frobs_core.contracts import CommandMode, Controller
+from frobs_core.deprecation import FrobsDeprecationWarning
 from frobs_core.kernel.env import RobotEnv
 from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.plugins import registry
@@ -327,10 +328,10 @@ def test_a_snapshot_continues_with_the_same_bits(vector):
 
 def test_functions_after_a_reset_are_called_in_order_and_change_the_first_observation(vector):
     called = []
-    vector.call_after_reset(lambda mask: called.append(("first", mask)))
-    vector.call_after_reset(lambda mask: called.append(("second", mask)))
+    vector.after_reset.append(lambda mask: called.append(("first", mask)))
+    vector.after_reset.append(lambda mask: called.append(("second", mask)))
     there = np.linspace(0.0, 0.5, 6)
-    vector.call_after_reset(lambda mask: vector.robot.write_joint_state(there[None], mask=mask))
+    vector.after_reset.append(lambda mask: vector.robot.write_joint_state(there[None], mask=mask))
     observation, _ = vector.reset(seed=0)
     assert called == [("first", None), ("second", None)]
     assert vector.robot.joint_positions == pytest.approx(np.tile(there, (4, 1)))
@@ -339,6 +340,48 @@ def test_functions_after_a_reset_are_called_in_order_and_change_the_first_observ
     vector.reset(options={"reset_mask": mask})
     assert [name for name, _ in called[2:]] == ["first", "second"]
     assert all((given == mask).all() for _, given in called[2:])
+
+
+def test_functions_after_a_step_get_its_result(env, vector):
+    for each, actions in ((env, np.zeros(6)), (vector, np.zeros((4, 6)))):
+        results = []
+        each.reset(seed=0)
+        each.after_step.append(results.append)
+        observation, reward, *_ = each.step(actions)
+        ((shown, rewards, *_),) = results
+        assert (shown == observation).all()
+        assert (rewards == reward).all()
+
+
+@pytest.mark.parametrize("mode", ["SameStep", "NextStep"])
+def test_functions_before_an_autoreset_see_the_last_state(mode):
+    vector = RobotVectorEnv(2, max_episode_steps=3, autoreset_mode=mode, **PARTS)
+    calls = []
+    vector.before_autoreset.append(lambda mask: calls.append((mask.tolist(), vector.robot.joint_positions.copy())))
+    vector.after_reset.append(lambda mask: calls.append("reset"))
+    vector.reset(seed=0)
+    vector.step(np.ones((2, 6)))
+    vector.reset(options={"reset_mask": np.array([True, False])})  # the second episode ends first
+    for _ in range(2):
+        observation, _, _, truncated, info = vector.step(np.ones((2, 6)))
+    assert truncated.tolist() == [False, True]
+    last = info["final_obs"][1] if mode == "SameStep" else observation[1]
+    if mode == "NextStep":
+        assert calls == ["reset", "reset"]
+        vector.step(np.ones((2, 6)))
+    assert (calls[:2], calls[3]) == (["reset", "reset"], "reset")
+    mask, positions = calls[2]
+    assert mask == [False, True]
+    assert positions[1] == pytest.approx(last[:6], abs=1e-6)
+    vector.close()
+
+
+def test_call_after_reset_is_deprecated(vector):
+    called = []
+    with pytest.warns(FrobsDeprecationWarning, match=r"after_reset\.append"):
+        vector.call_after_reset(called.append)
+    vector.reset(seed=0)
+    assert called == [None]
 
 
 @pytest.mark.needs("rendering")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import gymnasium as gym
@@ -15,7 +15,7 @@ from frobs_core.contracts.stateful import Stateful
 from frobs_core.description import ALL, Robot
 from frobs_core.models import RobotModel
 from frobs_core.util.arrays import Action, Floats, Mask
-from frobs_core.util.errors import IncompatibleSpaceError, UnsuitableRobotError
+from frobs_core.util.errors import IncompatibleSpaceError, MissingSettingError, UnsuitableRobotError
 
 
 def joint_groups(robot: Robot, model: RobotModel) -> dict[str, tuple[str, ...]]:
@@ -45,6 +45,17 @@ def joint_groups(robot: Robot, model: RobotModel) -> dict[str, tuple[str, ...]]:
     return {group: tuple(joints) for group, joints in robot.groups.items()}
 
 
+def check_robot(owner: str, name: str, robots: Collection[str]) -> None:
+    """Check that there is a controlled robot with the name that its owner needs.
+
+    Raises:
+        MissingSettingError: There is no such robot.
+    """
+    if name not in robots:
+        advice = f"the robots are named {', '.join(robots)}; rename one of them: robots={{'{name}': …}}"
+        raise MissingSettingError(owner, f"a robot named '{name}'", advice)
+
+
 class RobotControl:
     """Controllers of one robot, bound to its joint groups. Joints without a controller stay at their home positions.
 
@@ -68,7 +79,7 @@ class RobotControl:
         self._columns: list[slice | np.ndarray[Any, Any]] = []  # columns of each group in the robot's command
         groups = joint_groups(robot.robot, robot.model)
         for name, controller in controllers.items():
-            group = robot.group(groups[name], robot.robot.tcp_of(name))
+            group = robot.group(groups[name], name=name)
             controller.bind(group, control_timestep, decimation)
             self._columns.append(group.columns if isinstance(group, JointSubset) else slice(None))
         self._covers_all = len(controllers) == 1 and self._columns == [slice(None)]
@@ -172,6 +183,18 @@ class Control(Stateful):
                 places.append(start if discrete else slice(start, start + width))
                 start += width
             self._places.append(places)
+
+    def robot(self, name: str) -> RobotHandle:
+        """Return the handle of a controlled robot. Its controllers are ``robots[name].controllers``.
+
+        Args:
+            name: Name of the robot in the environment. A robot given by the keyword ``robot`` is named ``"robot"``.
+
+        Raises:
+            MissingSettingError: No controlled robot has this name.
+        """
+        check_robot("the task", name, self.robots)
+        return self.robots[name].robot
 
     def commands(self, actions: Action) -> list[Floats]:
         """Return one command per robot, in the order of ``robots``.

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frobs_core.description.robot import Robot
+from frobs_core.description.robot import EndEffector, Robot
 from frobs_core.models.model import Joint, RobotModel
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import UnknownNameError, check_name
@@ -28,6 +28,9 @@ class JointGroup(ABC):
         joint_names: Names of the joints, in the order of ``joints``.
         dof: Number of joints.
         tcp: Name of the link that serves as the tool center point.
+        group_name: Name of the joint group, or empty if the joints are not one of the robot's groups.
+        end_effector: End effector that the group carries or moves, or None. For all joints of a robot with several
+            groups, its first gripper, or its first end effector if it has no gripper.
         home: Home positions, (num_envs, dof) [rad or m].
         position_lower: Lower position limits, (num_envs, dof) [rad or m], which are −inf for joints without a limit.
         position_upper: Upper position limits, (num_envs, dof) [rad or m], which are inf for joints without a limit.
@@ -43,6 +46,8 @@ class JointGroup(ABC):
     joint_names: tuple[str, ...]
     dof: int
     tcp: str
+    group_name: str = ""
+    end_effector: EndEffector | None = None
     home: Floats
     position_lower: Floats
     position_upper: Floats
@@ -123,6 +128,7 @@ class JointSubset(JointGroup):
         whole: Group that contains the joints.
         joint_names: Names of the selected joints, in the order of the arrays.
         tcp: Link that is the group's tool center point, or None for the robot's tool center point.
+        group_name: Name of the joint group, or empty if the joints are not one of the robot's groups.
 
     Attributes:
         columns: Indices of the selected joints in the joint arrays of ``whole``.
@@ -131,7 +137,9 @@ class JointSubset(JointGroup):
         UnknownNameError: The robot has no joint or link with a given name.
     """
 
-    def __init__(self, whole: JointGroup, joint_names: Sequence[str], tcp: str | None = None) -> None:
+    def __init__(
+        self, whole: JointGroup, joint_names: Sequence[str], tcp: str | None = None, group_name: str = ""
+    ) -> None:
         for joint in joint_names:
             check_name(f"actuated joint of robot '{whole.robot.name}'", joint, whole.joint_names)
         self._whole = whole
@@ -143,6 +151,8 @@ class JointSubset(JointGroup):
         self.joints = tuple(whole.joints[number] for number in numbers)
         self.joint_names, self.dof = tuple(joint_names), len(numbers)
         self.tcp = tcp or whole.tcp
+        self.group_name = group_name
+        self.end_effector = self.robot.end_effector_of(group_name) if group_name else None
         self.frame_name("tcp")
         for limit in ("home", "position_lower", "position_upper", "velocity_limit", "effort_limit"):
             setattr(self, limit, getattr(whole, limit)[:, self.columns])

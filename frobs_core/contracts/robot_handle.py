@@ -9,6 +9,7 @@ import numpy as np
 from frobs_core.contracts.body_handle import BodyHandle
 from frobs_core.contracts.joint_group import JointGroup, JointSubset
 from frobs_core.description.command import CommandMode
+from frobs_core.description.robot import ALL
 from frobs_core.description.scene import Placement
 from frobs_core.description.sensor import Lidar
 from frobs_core.models.defaults import default_tcp, home_positions
@@ -59,6 +60,9 @@ class RobotHandle(JointGroup):
         self.joints, self.joint_names, self.dof = model.actuated_joints, model.joint_names, len(model.joint_names)
         self.tcp = robot.tcp or default_tcp(model)
         self.frame_name("tcp")
+        groups = robot.groups or {ALL: self.joint_names}
+        self.group_name = next((group for group, joints in groups.items() if tuple(joints) == self.joint_names), "")
+        self.end_effector = robot.end_effector_of(self.group_name)
         self._start = placement.pose
         limits = [joint.limits for joint in self.joints]
         self.home = self.expand(home_positions(model, robot.home))
@@ -75,7 +79,7 @@ class RobotHandle(JointGroup):
         """Repeat per-joint values for all environments, (num_envs, dof)."""
         return np.repeat(np.asarray(row, np.float64)[None], self.num_envs, axis=0)
 
-    def group(self, joint_names: Sequence[str], tcp: str | None = None) -> JointGroup:
+    def group(self, joint_names: Sequence[str], tcp: str | None = None, *, name: str = "") -> JointGroup:
         """Return a group of joints for a controller.
 
         If the group contains all joints in their original order and uses the robot's tool center point, this method
@@ -83,14 +87,19 @@ class RobotHandle(JointGroup):
 
         Args:
             joint_names: Names of the joints in the group.
-            tcp: Link that is the group's tool center point, or None for the robot's tool center point.
+            tcp: Link that is the group's tool center point. If None, it is the tool center point of the end effector that
+                the named group carries, or the robot's.
+            name: Name of the group in the robot's description, or empty if the joints are not one of its groups.
 
         Raises:
             UnknownNameError: The robot has no actuated joint or link with this name.
         """
+        tool = self.robot.end_effector_of(name) if name and tcp is None else None
+        if tool is not None and name == (tool.arm or next(iter(self.robot.groups))):
+            tcp = tool.tcp
         if tuple(joint_names) == self.joint_names and tcp in (None, self.tcp):
             return self
-        return JointSubset(self, joint_names, tcp)
+        return JointSubset(self, joint_names, tcp, name)
 
     def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
         """Set the joint state without simulating the motion.

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from contextvars import ContextVar, copy_context
+from functools import wraps
+from inspect import signature
 from typing import Any, ClassVar, TypedDict
 
-from frobs_core.contracts.controller import Controller
+from frobs_core.contracts.control import Control
 from frobs_core.contracts.simulation import Simulation
 from frobs_core.contracts.stateful import Stateful
 from frobs_core.contracts.step_context import StepContext
+from frobs_core.deprecation import warn_deprecated
 from frobs_core.description import ObservationTerm
 from frobs_core.description.scene import Marker, Scene
 from frobs_core.plugins.records import Level
@@ -41,6 +45,8 @@ class Task(Stateful, ABC):
     Attributes:
         reward_types: Valid values of ``reward_type``, the first of which is the default.
         reset_options: Keys of ``options`` that ``reset`` accepts.
+        robots: Names of the robots that the task needs. If one is missing, the environment raises
+            MissingSettingError before it builds the simulator.
         control_timestep: Default time between two actions [s].
         physics_timestep: Default duration of one physics step [s].
         success_rule: Success condition of an episode, as one sentence without a period, for listings and documentation
@@ -56,6 +62,7 @@ class Task(Stateful, ABC):
 
     reward_types: ClassVar[Sequence[str]] = ("dense",)
     reset_options: ClassVar[Sequence[str]] = ()
+    robots: ClassVar[Sequence[str]] = ()
     control_timestep: ClassVar[float] = 0.04
     physics_timestep: ClassVar[float] = 0.002
     success_rule: ClassVar[str] = ""
@@ -85,8 +92,20 @@ class Task(Stateful, ABC):
         return {}
 
     @abstractmethod
-    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
-        """Prepare for a simulation: store its handles and allocate buffers."""
+    def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
+        """Prepare for a simulation: store its handles and allocate buffers.
+
+        Args:
+            simulation: The simulation.
+            control: All controllers. ``control.robot("robot")`` returns the handle of a controlled robot.
+            control_timestep: Time between two actions [s].
+        """
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        """Let the ``bind`` of a subclass work with that of tasks of version 0.2."""
+        super().__init_subclass__(**kwargs)
+        if "bind" in vars(cls):
+            cls.bind = _accepting_controller(cls.bind)  # type: ignore[method-assign]
 
     @abstractmethod
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
@@ -146,3 +165,38 @@ class GoalTask(Task):
         Returns:
             Rewards of the shape (...), which equal :meth:`reward` for the goals of the last step.
         """
+
+
+_CONTROL: ContextVar[Control] = ContextVar("_CONTROL")  # of the environment whose task of version 0.2 is bound
+
+
+def _accepting_controller(bind: Callable[..., None]) -> Callable[..., None]:
+    """Return a ``bind`` that works with the ``bind`` of version 0.2, which has the parameter ``controller``.
+
+    A task of version 0.2 gets the first controller, and passes it on to the ``bind`` of its base class or of its parts.
+    """
+    takes_controller = "controller" in signature(bind).parameters
+
+    @wraps(bind)
+    def accepting(
+        task: Task,
+        simulation: Simulation,
+        control: Any = None,
+        control_timestep: float = 0.0,
+        *,
+        controller: Any = None,
+    ) -> None:
+        control = controller if control is None else control
+        if not takes_controller and not isinstance(control, Control):
+            control = _CONTROL.get(control)
+        if not takes_controller or not isinstance(control, Control):
+            bind(task, simulation, control, control_timestep)
+            return
+        what = f"the parameter 'controller' of {type(task).__qualname__}.bind"
+        instead = "bind(self, simulation, control, control_timestep) and control.robot('robot')"
+        warn_deprecated(what, instead=instead, since="0.3", removed_in="0.4")
+        context = copy_context()
+        context.run(_CONTROL.set, control)
+        context.run(bind, task, simulation, next(iter(control.controllers.values())), control_timestep)
+
+    return accepting

@@ -3,7 +3,7 @@
 from frobs_core.description.bodies import AT_REST, Body, Shape, Twist
 from frobs_core.description.observation_term import VECTORS, Observation, ObservationTerm
 from frobs_core.description.robot import ALL, DifferentialDrive, EndEffector, Robot
-from frobs_core.description.scene import Attachment, Camera, Contact, Marker, Placement, Prop, Scene
+from frobs_core.description.scene import Attachment, Camera, Contact, Intrinsics, Marker, Placement, Prop, Scene
 from frobs_core.description.sensor import SENSORS, Bumper, ForceTorque, Imu, Lidar, Sensor
 from frobs_core.description.translation import Overlap, Translation
 from frobs_core.models.gains import DriveGains
@@ -23,6 +23,7 @@ __all__ = [
     "EndEffector",
     "ForceTorque",
     "Imu",
+    "Intrinsics",
     "Lidar",
     "Marker",
     "Observation",

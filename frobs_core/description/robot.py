@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import cast
 
+from frobs_core.deprecation import deprecated
 from frobs_core.description.sensor import Lidar, Sensor
 from frobs_core.models.gains import DriveGains
 from frobs_core.models.load import find_reader
@@ -58,6 +59,11 @@ class EndEffector:
     open: Mapping[str, float] = field(default_factory=dict)
     closed: Mapping[str, float] = field(default_factory=dict)
 
+    @property
+    def is_gripper(self) -> bool:
+        """Whether the end effector has fingers that open and close."""
+        return bool(self.group and self.closed)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Robot:
@@ -104,6 +110,19 @@ class Robot:
     default_controllers: Mapping[str, str] = field(default_factory=dict)
     end_effectors: Mapping[str, EndEffector] = field(default_factory=dict)
 
+    def end_effector_of(self, group: str = "") -> EndEffector | None:
+        """Return the first end effector that a joint group carries or moves, or None.
+
+        Args:
+            group: Name of the joint group. If empty, the first gripper of the robot is returned, or its first end
+                effector if it has no gripper.
+        """
+        first, tools = next(iter(self.groups), ""), list(self.end_effectors.values())
+        if group:
+            return next((tool for tool in tools if group in (tool.arm or first, tool.group)), None)
+        return next((tool for tool in tools if tool.is_gripper), tools[0] if tools else None)
+
+    @deprecated(instead="RobotHandle.group(joint_names, name=group).tcp", since="0.3", removed_in="0.4")
     def tcp_of(self, group: str) -> str | None:
         """Return the tool center point of a joint group, or None if the group uses the robot's tool center point."""
         first = next(iter(self.groups), "")

@@ -210,8 +210,9 @@ class AddedTerms(Stateful):
         camera = _known(f"camera of the observation term '{name}'", term["camera"], self._scene.cameras)
         size, modality, fast, with_markers = tuple(term["size"]), term["modality"], term["fast"], term["markers"]
         view = {"camera": camera, **asdict(self._scene.cameras[camera]), "modality": modality, "markers": with_markers}
-        if view["up"] is None:  # omit the key, because older exported policies do not contain it
-            del view["up"]
+        for key in ("up", "intrinsics"):
+            if view[key] is None:  # omit the key, because older exported policies do not contain it
+                del view[key]
 
         def read() -> np.ndarray[Any, Any]:
             markers = self._markers() if with_markers else ()

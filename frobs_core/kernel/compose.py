@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from frobs_core.contracts import Controller, RobotHandle, Simulation, StepContext, Task
-from frobs_core.contracts.control import Control, RobotControl, joint_groups
+from frobs_core.contracts.control import Control, RobotControl, check_robot, joint_groups
 from frobs_core.description import Placement, Robot, Scene
 from frobs_core.kernel.added_terms import AddedTerms, needed_capabilities, without_dropped
 from frobs_core.kernel.added_terms import read_settings as read_observations
@@ -53,6 +53,7 @@ class Parts:
         controller: Controller of the first controlled robot's first joint group.
         check_reset: Function that raises CapabilityError if the simulator does not support a reset with the given
             option names.
+        bind_terms: Function that binds observation terms outside the observation, given their settings.
     """
 
     simulation: Simulation
@@ -66,6 +67,7 @@ class Parts:
     control_timestep: float
     decimation: int
     check_reset: Callable[[Collection[str]], None]
+    bind_terms: Callable[[Mapping[str, Any]], AddedTerms]
     randomization: Randomization | None = None
 
 
@@ -116,6 +118,8 @@ def plan(config: EnvConfig, num_envs: int, same_step: bool = False) -> Plan:
 
     _check_pace(simulator, num_envs, same_step)
     the_task: Task = build(f"task '{task.name}'", task.load(), config.task_parameters, KEYWORDS)
+    for name in the_task.robots:
+        check_robot(f"task '{task.name}'", name, robots)
     needs = needs_of_task(task, the_task)
     needs |= {f"controller '{record.name}'": record.needs for record in records}
     needed = physical_parameters() if settings is not None else {}
@@ -144,6 +148,15 @@ def plan(config: EnvConfig, num_envs: int, same_step: bool = False) -> Plan:
     placements = {name: _place(robots[name], descriptions[name], controllers[name], scene, name) for name in robots}
     _check_apart(placements)
     everything = scene.all_robots(placements)
+    if config.cameras:
+        from frobs_core.kernel.cameras import with_cameras  # imports pydantic
+
+        scene = with_cameras(scene, config.cameras, everything)
+    needs = {f"cameras.{name}": {"cameras": Level.APPROXIMATE} for name in config.cameras}
+    for name, camera in scene.cameras.items():
+        if camera.intrinsics is not None:
+            needs[f"cameras.{name}"] = {**needs.get(f"cameras.{name}", {}), "camera_intrinsics": Level.APPROXIMATE}
+    check_capabilities(simulator.name, simulator.capabilities, needs)
     if simulator.capabilities.get("contacts", Level.UNSUPPORTED) != Level.UNSUPPORTED:
         scene = with_contacts(scene, everything)
     return Plan(
@@ -199,7 +212,7 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
         )
         first = next(iter(joined.robots.values()))
         controller = next(iter(first.controllers.values()))
-        task.bind(simulation, controller, control)
+        task.bind(simulation=simulation, control=joined, control_timestep=control)
         commands = {name: robot.robot.home for name, robot in joined.robots.items()}
         context = StepContext(RandomSource(num_envs), joined.action_space, commands)
         added = AddedTerms(planned.observed, simulation, scene, joined, context, task.markers, control)
@@ -212,6 +225,14 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
     except BaseException:
         simulation.close()
         raise
+
+    def bind_terms(given: Mapping[str, Any]) -> AddedTerms:
+        settings = read_observations(given)
+        for name in given.keys() - settings.keys():
+            raise ObservationTermError(name, "is None, but only a term of the observation can be dropped.")
+        check_capabilities(simulator.name, simulator.capabilities, needed_capabilities(settings))
+        return AddedTerms(settings, simulation, scene, joined, context, task.markers, control)
+
     return Parts(
         simulation=simulation,
         control=joined,
@@ -226,6 +247,7 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
         check_reset=lambda options: check_capabilities(
             simulator.name, simulator.capabilities, needs_of_task(planned.task_record, task, options)
         ),
+        bind_terms=bind_terms,
         randomization=randomization,
     )
 

@@ -57,6 +57,11 @@ class EnvConfig(RobotKeywords):
         observations: Observation terms to add to the task's terms, by name, for example ``{"joints": {"type":
             "joint_efforts"}, "wrist": {"camera": "overview", "size": [84, 84]}}``; see :mod:`frobs_core.kernel.added_terms`. A
             value of None drops the task's term with that name, and ``{"*": None}`` drops all task terms except goals.
+        cameras: Cameras to add to the task's scene, by name, for example ``{"wrist": {"robot": "robot", "link": "tool0",
+            "pos": [0, 0.05, 0], "target": [0, 0, 0.2], "fov_y": 60}}`` [m, deg]. A camera is fixed to a ``link`` of a
+            robot (by default the first), to a ``body`` of the scene, or else in the world. Optional settings are
+            ``up``, and ``intrinsics`` instead of ``fov_y``; see :class:`frobs_core.description.Camera`. If the scene
+            already has a camera with this name, only the given settings change.
         num_threads: Number of engine threads, or 0 for one thread per processor.
         randomize: Domain randomization settings; see :mod:`frobs_core.sensing.randomization`.
         task_parameters: Keywords of the task.
@@ -76,6 +81,7 @@ class EnvConfig(RobotKeywords):
     physics_timestep: float | None = None
     simulator_kwargs: Mapping[str, Any] = field(default_factory=dict)
     observations: Mapping[str, Any] = field(default_factory=dict)
+    cameras: Mapping[str, Any] = field(default_factory=dict)
     num_threads: int = 0
     randomize: Mapping[str, Any] | None = None
     task_parameters: Mapping[str, Any] = field(default_factory=dict)
@@ -86,7 +92,7 @@ class EnvConfig(RobotKeywords):
         check_type(self, (str, SimulatorRecord), "a name or a SimulatorRecord", "simulator")
         check_type(self, (str, type(None)), "a name or None", "reward_type", "camera")
         check_type(self, (Real, type(None)), "a number of seconds or None", "control_timestep", "physics_timestep")
-        check_mappings(self, "simulator_kwargs", "observations", "task_parameters")
+        check_mappings(self, "simulator_kwargs", "observations", "cameras", "task_parameters")
         check_mappings(self, "randomize", "robots", optional=True)
         whole_number("num_threads", self.num_threads, highest=MAX_THREADS)
         if self.render_mode is not None:

@@ -37,6 +37,8 @@ class RobotEnv(CopiedByArguments, gym.Env[Any, Any]):
         controller: Controller of the first controlled robot's first joint group.
         observations: Observation terms, with their columns and units.
         step_context: Data about the latest step, for use by the task.
+        after_reset: Functions to call after each reset; see :class:`frobs_core.kernel.loop.Loop`.
+        after_step: Functions to call after each step.
         randomization: The randomization with its current values, or None if nothing is randomized.
 
     Raises:
@@ -54,6 +56,7 @@ class RobotEnv(CopiedByArguments, gym.Env[Any, Any]):
         parts = compose(config, 1)
         self._loop = Loop(parts, 1)
         self.step_context = parts.context
+        self.after_reset, self.after_step = self._loop.after_reset, self._loop.after_step
         self.simulation, self.control, self.task = parts.simulation, parts.control, parts.task
         self.robot, self.controller = parts.robot, parts.controller
         self.randomization = parts.randomization
@@ -141,6 +144,23 @@ class RobotEnv(CopiedByArguments, gym.Env[Any, Any]):
         if not self.action_space.contains(action):
             raise invalid_action(action, self.action_space)
         return np.asarray(action, np.int64)[None]
+
+    def read_terms(self, settings: Mapping[str, Any]) -> dict[str, np.ndarray[Any, Any]]:
+        """Read observation terms outside the observation.
+
+        Args:
+            settings: The terms by name, as in the keyword ``observations``. They are bound when they are first read,
+                and read faster afterwards.
+
+        Returns:
+            The value of each term in a new array, with the shape and dtype that it has in an observation.
+
+        Raises:
+            ConfigurationError: A setting is invalid.
+            UnknownNameError: A robot, body, contact, sensor or camera does not exist.
+            CapabilityError: The simulator does not support a capability that a term requires.
+        """
+        return {name: values[0] for name, values in self._loop.read_terms(settings).items()}
 
     def render(self) -> Any:
         """Return an image, (height, width, 3) uint8, if ``render_mode`` is ``"rgb_array"``, otherwise None."""

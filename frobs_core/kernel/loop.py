@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from frobs_core.contracts import Controller, Snapshot, Stateful, Task
 from frobs_core.description import Observation
+from frobs_core.kernel.added_terms import AddedTerms
 from frobs_core.kernel.compose import Parts
 from frobs_core.kernel.inputs import batch_options
 from frobs_core.util.arrays import Action, Floats, Mask, widened
@@ -37,7 +38,11 @@ class Loop(Stateful):
         context: Data about the latest step, for use by the task.
         rng: Source of all random numbers.
         after_reset: Functions that are called in this order after each reset and before the first observation, with the
-            mask of the reset environments.
+            mask of the reset environments, or None for all. They may change the initial state.
+        after_step: Functions that are called with the result of each step, before any automatic reset. The rows of
+            environments that wait for a next-step autoreset are not meaningful.
+        before_autoreset: Functions that a vector environment calls before each automatic reset, when the simulation
+            still has the last state, with the mask of the environments to reset, (num_envs,) bool.
         discrete: Whether the action space is not a Box.
     """
 
@@ -47,8 +52,10 @@ class Loop(Stateful):
         self.randomization = randomization = parts.randomization
         self.decimation, self.num_envs = parts.decimation, num_envs
         self.context, self.rng = parts.context, parts.context.rng
-        self._check_reset = parts.check_reset
+        self._check_reset, self._bind_terms = parts.check_reset, parts.bind_terms
         self.after_reset: list[Callable[[Mask | None], None]] = []
+        self.after_step: list[Callable[[StepResult], None]] = []
+        self.before_autoreset: list[Callable[[Mask], None]] = []
         self.discrete = not isinstance(parts.control.action_space, gym.spaces.Box)
         # Optional parts of a step are resolved here, so that a step does not test for them or call empty methods.
         self._robots = [(name, robot.robot) for name, robot in parts.control.robots.items()]
@@ -59,6 +66,8 @@ class Loop(Stateful):
         self._act = _unchanged if randomization is None else randomization.act
         self._degrade = _unchanged if randomization is None else randomization.observe
         self.added_terms = parts.added_terms
+        self._read_terms: dict[str, AddedTerms] = {}  # terms outside the observation, by their settings
+        self._sampled = [parts.added_terms] if parts.added_terms.stateful else []
         self._physics_rate = parts.control.physics_rate
         self._is_terminated = methodcaller("is_terminated") if _overrides(parts.task, Task, "is_terminated") else _never
         self._reports: list[tuple[Any, Callable[[Any], Any], _Keys]] = [
@@ -95,7 +104,8 @@ class Loop(Stateful):
         self.task.reset(mask, self.rng, options)
         self.control.reset(mask)
         self.context.reset(mask)
-        self.added_terms.reset(self.rng, mask)
+        for terms in self._sampled:
+            terms.reset(self.rng, mask)
         for callback in self.after_reset:
             callback(mask)
         if not self._checked_terms:  # checked only now, because terms may have no values before the first reset
@@ -127,8 +137,8 @@ class Loop(Stateful):
         else:
             self.simulation.step(self.decimation)
         task.advance(context)  # computes the quantities that the task's methods below use
-        if self.added_terms.stateful:
-            self.added_terms.advance(rng)
+        for terms in self._sampled:
+            terms.advance(rng)
         observation = self._degrade(rng, self._observe())
         reward = task.reward(context)
         terminated = self._is_terminated(task)
@@ -136,7 +146,26 @@ class Loop(Stateful):
         for part, report, keys in self._reports:  # follows task.reward(), because the reports include reward terms
             for name, values in report(part).items():
                 info[keys[name]] = values
-        return observation, reward, terminated, self.simulation.diverged, info
+        result = observation, reward, terminated, self.simulation.diverged, info
+        for callback in self.after_step:
+            callback(result)
+        return result
+
+    def read_terms(self, settings: Mapping[str, Any]) -> dict[str, np.ndarray[Any, Any]]:
+        """Read observation terms outside the observation, (num_envs, …) each. See :meth:`frobs_core.kernel.env.RobotEnv.read_terms`."""
+        key = repr(settings)
+        if key not in self._read_terms:
+            terms = self._read_terms[key] = self._bind_terms(settings)
+            if terms.stateful:
+                # They draw after the terms of the observation, so that the numbers of the latter do not change.
+                self._sampled.append(terms)
+                terms.reset(self.rng, None)
+        return {name: np.array(term.read(), term.dtype) for name, term in self._read_terms[key].terms.items()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Restore a snapshot in all parts."""
+        super().restore(snapshot)
+        self._sample_again(None)
 
     def restore_rows(self, mask: Mask, snapshot: Snapshot, rows: npt.NDArray[np.int64]) -> None:
         """Restore the n environments selected by ``mask``, except their random streams, from ``rows`` of a snapshot."""
@@ -147,6 +176,12 @@ class Loop(Stateful):
             for key, array in state.items():
                 state[key] = _put_rows(array, mask, snapshot[f"{name}/{key}"][rows])
             part.restore(state)
+        self._sample_again(mask)
+
+    def _sample_again(self, mask: Mask | None) -> None:
+        """Take the first samples of the terms outside the observation, whose state is not part of a snapshot."""
+        for terms in self._read_terms.values():
+            terms.reset(self.rng, mask)
 
     def stored_parts(self) -> dict[str, Any]:
         """Return all parts of the environment that have a state."""

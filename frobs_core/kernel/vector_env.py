@@ -17,6 +17,7 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 from frobs_core.contracts import Snapshot
+from frobs_core.deprecation import deprecated
 from frobs_core.description import Observation
 from frobs_core.kernel.compose import compose
 from frobs_core.kernel.config import RENDER_MODES, EnvConfig
@@ -51,6 +52,9 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         controller: Controller of the first controlled robot's first joint group.
         final_observation: Final observations of the latest step in which episodes ended, (num_envs, …). Only the rows
             of environments whose episode ended are valid.
+        after_reset: Functions to call after each reset; see :class:`frobs_core.kernel.loop.Loop`.
+        after_step: Functions to call after each step.
+        before_autoreset: Functions to call before each automatic reset.
         observations: Observation terms, with their columns and units.
         randomization: The randomization with its current values, or None if nothing is randomized.
     """
@@ -73,6 +77,8 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         parts = compose(config, num_envs, self.autoreset_mode is AutoresetMode.SAME_STEP)
         self._loop = Loop(parts, num_envs)
         self.step_context = parts.context
+        self.after_reset, self.after_step = self._loop.after_reset, self._loop.after_step
+        self.before_autoreset = self._loop.before_autoreset
         self.simulation, self.control, self.task = parts.simulation, parts.control, parts.task
         self.robot, self.controller = parts.robot, parts.controller
         self.randomization = parts.randomization
@@ -207,6 +213,8 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
             raise ResetNeededError(f"no episode is running in environments {which[:8]}; call reset() first.")
         # Invalid actions raise an error before any state changes, including the random state.
         checked = self._checked(actions)
+        for callback in self.before_autoreset if waiting is not None else ():
+            callback(waiting.copy())
         if waiting is not None and waiting.all():  # next-step autoreset: actions are ignored, so no robot moves
             self._elapsed[:], self._ended = 0, self._none.copy()
             observation = self._loop.begin(None, {})
@@ -235,6 +243,8 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
             if self.autoreset_mode is AutoresetMode.SAME_STEP:
                 self.final_observation = observation
                 info = _final_info(observation, info, done)
+                for callback in self.before_autoreset:
+                    callback(done.copy())
                 observation = self._begin_again(done, observation)
             else:
                 self._ended = done | (self._ended if self.autoreset_mode is AutoresetMode.DISABLED else self._none)
@@ -263,6 +273,10 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         if array.shape != self.action_space.shape or not self.action_space.contains(array):
             raise invalid_action(actions, self.action_space)
         return array
+
+    def read_terms(self, settings: Mapping[str, Any]) -> dict[str, np.ndarray[Any, Any]]:
+        """Read observation terms outside the observation, (num_envs, …) each. See :meth:`frobs_core.kernel.env.RobotEnv.read_terms`."""
+        return self._loop.read_terms(settings)
 
     def render(self) -> tuple[Any, ...] | None:
         """Return one image per environment, (height, width, 3) uint8, if ``render_mode`` is ``"rgb_array"``."""
@@ -296,13 +310,10 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         self._loop.restore_rows(mask, snapshot, rows)
         self._elapsed[mask] = snapshot["elapsed"][rows]
 
+    @deprecated(instead="after_reset.append", since="0.3", removed_in="0.4")
     def call_after_reset(self, callback: Callable[[Mask | None], None]) -> None:
-        """Add a function that is called after each reset with the mask of the reset environments, or None for all.
-
-        The function is called before the environments are observed, so it may change the episodes' initial states, for
-        example with :meth:`restore_rows`. Several functions are called in the order in which they were added.
-        """
-        self._loop.after_reset.append(callback)
+        """Add a function to ``after_reset``."""
+        self.after_reset.append(callback)
 
     def close_extras(self, **kwargs: Any) -> None:
         """Release the simulation."""

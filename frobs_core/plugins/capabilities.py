@@ -24,6 +24,7 @@ CAPABILITIES: Mapping[str, str] = {
     "force_torque": "force-torque sensors in robot joints",
     "attachments": "bodies and links can be attached to each other",
     "cameras": "images: rgb, depth, segmentation",
+    "camera_intrinsics": "cameras with the focal length and principal point of a real camera",
     "randomize_mass": "masses per environment",
     "randomize_friction": "friction per environment",
     "randomize_size": "scene body sizes per environment",

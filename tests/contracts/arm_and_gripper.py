@@ -44,7 +44,7 @@ class CubeTask(Task):
         cube = Body(geometry=Box((CUBE,) * 3), pose=Pose((0.5, 0.0, CUBE / 2)), mass=0.1)
         return Scene(bodies={"cube": cube}, contacts={"cube on floor": Contact(first="cube", second="floor")})
 
-    def bind(self, simulation, controller, control_timestep):
+    def bind(self, simulation, control, control_timestep):
         self.simulation = simulation
 
     def reset(self, mask, rng, options):

@@ -1,6 +1,7 @@
 """Joint groups: each has its own controller and command mode, and one action moves them all."""
 
 from contextlib import closing
+from dataclasses import replace
 
 import gymnasium as gym
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from arm_and_gripper import ARM, CUBE_TASK, FINGERS
 
 from frobs_core.contracts import CommandMode
+from frobs_core.deprecation import FrobsDeprecationWarning
 from frobs_core.kernel.config import EnvConfig
 from frobs_core.kernel.env import RobotEnv
 from frobs_core.kernel.vector_env import RobotVectorEnv
@@ -52,6 +54,28 @@ def test_actions_are_joined_in_the_order_of_the_groups(gripping):
         moved = env.robot.joint_positions[0] - before
         assert moved[0] > 0.1  # the arm's first joint
         assert np.abs(env.robot.joint_positions[0, -2:]).max() < 1e-3  # closed
+
+
+def test_groups_know_their_name_and_the_end_effector_that_they_carry_or_move(gripping):
+    hand = gripping.end_effectors["hand"]
+    pointer = replace(hand, tcp="link_3", group="", open={}, closed={})
+    with closing(make(replace(gripping, end_effectors={"pointer": pointer, "hand": replace(hand, arm="hand")}))) as env:
+        arm, fingers = (env.robot.group(joints, name=name) for name, joints in gripping.groups.items())
+        assert (arm.group_name, arm.end_effector, arm.tcp) == ("arm", pointer, "link_3")
+        assert (fingers.group_name, fingers.end_effector.group) == ("hand", "hand")
+        assert (env.robot.group_name, env.robot.end_effector.group) == ("", "hand")  # the gripper comes first
+        other = env.robot.group(env.robot.joint_names[:2])
+        assert (other.group_name, other.end_effector, other.tcp) == ("", None, env.robot.tcp)
+
+
+def test_ungrouped_robot_is_the_group_all():
+    with closing(make("irb120")) as env:
+        assert (env.robot.group_name, env.robot.end_effector) == ("all", None)
+
+
+def test_tcp_of_is_deprecated(gripping):
+    with pytest.warns(FrobsDeprecationWarning, match=r"RobotHandle\.group"):
+        assert gripping.tcp_of("arm") == "hand_tcp"
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
@@ -111,8 +135,6 @@ def test_wrong_settings_are_named(gripping, keywords, error, says):
 
 
 def test_groups_that_share_a_joint_are_rejected():
-    from dataclasses import replace
-
     with pytest.raises(UnsuitableRobotError, match="'joint_1' in two groups, 'a' and 'b'"):
         make(replace(ARM, groups={"a": ("joint_1",), "b": ("joint_1", "joint_2")}))
     with pytest.raises(UnsuitableRobotError, match="no actuated joint 'joint_9'"):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frobs_core.contracts import Controller, Simulation
+from frobs_core.contracts import Control, Simulation
 from frobs_core.description import Body, Scene
 from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.models import Box, Cylinder, Pose
@@ -31,8 +31,8 @@ class ReachBesideObject(Reach):
         }
         return replace(super().scene(), bodies=bodies)
 
-    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
-        super().bind(simulation, controller, control_timestep)
+    def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
+        super().bind(simulation, control, control_timestep)
         self.bodies = simulation.bodies
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:

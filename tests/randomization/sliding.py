@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.contracts import Controller, Simulation, StepContext, Task
+from frobs_core.contracts import Control, Simulation, StepContext, Task
 from frobs_core.description import Body, ObservationTerm, Scene
 from frobs_core.models import Box, Pose
 from frobs_core.plugins.records import TaskRecord
@@ -19,7 +19,7 @@ class Sliding(Task):
     def scene(self) -> Scene:
         return Scene(bodies={"box": Body(geometry=Box((0.2, 0.2, 0.1)), pose=Pose(pos=(0.0, 2.0, 0.05)), mass=1.0)})
 
-    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+    def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
         self._box = simulation.bodies["box"]
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:

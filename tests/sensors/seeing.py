@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.contracts import Controller, Simulation, Snapshot, StepContext, Task  # fmt: skip
+from frobs_core.contracts import Control, Simulation, Snapshot, StepContext, Task  # fmt: skip
 from frobs_core.description import (
     Body,
     Bumper,
@@ -65,8 +65,8 @@ class Seeing(Task):
         walls = {"east": (0.6, 0.0, 0.1, 2.0), "north": (0.0, 0.8, 2.0, 0.1), "west": (-0.5, 0.0, 0.1, 2.0)}
         return Scene(bodies={name: _wall(*place) for name, place in walls.items()})
 
-    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
-        self.robot = simulation.robots["robot"]
+    def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
+        self.robot = control.robot("robot")
         self.start = [part.copy() for part in self.robot.base_pose]
         self.sensors = Sensors(simulation, control_timestep)
 

@@ -93,6 +93,8 @@ class FakeRobot(RobotHandle):
         self.joints, self.joint_names = self.model.actuated_joints, self.model.joint_names
         self.dof = len(self.joint_names)
         self.tcp = self.model.links[-1].name
+        self.group_name = next(iter(self.robot.groups), "all")
+        self.end_effector = self.robot.end_effector_of(self.group_name)
         limits = [joint.limits for joint in self.model.actuated_joints]
         tile = lambda values: np.tile(np.array(values, dtype=float), (num_envs, 1))  # noqa: E731
         self.position_lower, self.position_upper = tile([x.lower for x in limits]), tile([x.upper for x in limits])

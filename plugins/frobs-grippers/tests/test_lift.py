@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frobs_core.contracts import Controller, Simulation, StepContext, Task
+from frobs_core.contracts import Control, Simulation, StepContext, Task
 from frobs_core.description import Body, ObservationTerm, Robot, Scene
 from frobs_core.kernel.env import RobotEnv
 from frobs_core.models import Box, Pose
@@ -27,14 +27,14 @@ class CubeOnFloor(Task):
     def scene(self) -> Scene:
         return Scene(bodies={"cube": Body(geometry=Box((CUBE,) * 3), pose=Pose(PLACE), mass=0.1)})
 
-    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
-        self.simulation = simulation
+    def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
+        self.simulation, self.robot = simulation, control.robot("robot")
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
         pass
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        robot, far = self.simulation.robots["robot"], np.full(3, np.inf)
+        robot, far = self.robot, np.full(3, np.inf)
         return {"tcp": ObservationTerm(read=lambda: robot.frame_pose("tcp")[0], low=-far, high=far, unit="m")}
 
     def reward(self, context: StepContext) -> Floats:

@@ -29,10 +29,8 @@ class Gripper(Controller):
             UnsuitableRobotError: No end effector of the robot has exactly these joints, or a joint's open or closed
                 position is missing.
         """
-        robot = joints.robot
-        tools = [tool for tool in robot.end_effectors.values() if tool.group]
-        tool = next((tool for tool in tools if tuple(robot.groups[tool.group]) == joints.joint_names), None)
-        if tool is None:
+        robot, tool = joints.robot, joints.end_effector
+        if tool is None or tool.group != joints.group_name:
             raise UnsuitableRobotError(
                 robot.name,
                 f"has no gripper with the joints {', '.join(joints.joint_names)}; add an EndEffector with "

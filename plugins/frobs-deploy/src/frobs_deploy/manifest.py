@@ -29,6 +29,8 @@ class Image:
         target: Point that the camera looks at, in ``frame`` [m].
         fov_y: Vertical field of view [deg].
         markers: Whether the task's markers, such as the goal, were drawn into the image.
+        intrinsics: ``fx``, ``fy``, ``cx`` and ``cy`` of an image of ``width`` × ``height`` [pixels], or None if the
+            camera has square pixels and looks through the center of the image.
     """
 
     camera: str
@@ -39,6 +41,7 @@ class Image:
     target: tuple[float, float, float]
     fov_y: float
     markers: bool
+    intrinsics: Mapping[str, float] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,7 +111,7 @@ def _read(data: Mapping[str, Any]) -> Manifest:
 def _image(row: Mapping[str, Any], space: Space) -> Image:
     if len(space.shape) != 3:
         raise ValueError(f"an image has shape {space.shape}; expected (height, width, channels)")
-    frame = row["frame"]
+    frame, lens = row["frame"], row.get("intrinsics")
     return Image(
         camera=str(row["camera"]),
         modality=str(row["modality"]),
@@ -118,6 +121,7 @@ def _image(row: Mapping[str, Any], space: Space) -> Image:
         target=_point(row["target"]),
         fov_y=float(row["fov_y"]),
         markers=bool(row["markers"]),
+        intrinsics=None if lens is None else {str(key): float(value) for key, value in lens.items()},
     )
 
 

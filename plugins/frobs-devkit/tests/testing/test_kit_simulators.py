@@ -615,6 +615,12 @@ def upside_down(original: Any, self: Any, *args: Any, **kwargs: Any) -> Any:
     return original(self, *args, **kwargs)[:, ::-1]
 
 
+@wrong(MujocoSimulation, "__init__", "intrinsics_project_points")
+def intrinsics_are_ignored(original: Any, self: Any, robots: Any, scene: Any, **keywords: Any) -> None:
+    cameras = {name: replace(camera, intrinsics=None) for name, camera in scene.cameras.items()}
+    original(self, robots, replace(scene, cameras=cameras), **keywords)
+
+
 @wrong(MujocoSimulation, "render", "fast_pictures_show_the_same")
 def fast_pictures_are_black(original: Any, self: Any, *args: Any, fast: bool = False, **kwargs: Any) -> Any:
     return original(self, *args, fast=fast, **kwargs) * np.uint8(not fast)

@@ -13,6 +13,7 @@ from frobs_sim_mujoco.geoms import SCENE_GROUP, VISUAL_GROUP, add_shape, make_ha
 from frobs_sim_mujoco.meshes import Meshes
 
 _FAR = 8.0  # [m] viewing distance beyond which small floor squares would flicker
+_PIXEL = 1e-5  # [m] size of a camera's pixels, which does not affect images
 
 
 def light_up(spec: mujoco.MjSpec) -> None:
@@ -134,4 +135,10 @@ def add_camera(spec: mujoco.MjSpec, name: str, camera: Camera) -> None:
     right /= np.linalg.norm(right)
     quat = np.zeros(4)
     mujoco.mju_mat2Quat(quat, np.stack([right, np.cross(back, right), back], axis=1).reshape(9))
-    parent.add_camera(name=name, pos=camera.pos, quat=quat, fovy=camera.fov_y)
+    added = parent.add_camera(name=name, pos=camera.pos, quat=quat, fovy=camera.fov_y)
+    if camera.intrinsics is not None:
+        lens = camera.intrinsics
+        added.resolution = [lens.width, lens.height]
+        added.sensor_size = [lens.width * _PIXEL, lens.height * _PIXEL]
+        added.focal_pixel = [lens.fx, lens.fy]
+        added.principal_pixel = [(lens.width - 1) / 2 - lens.cx, (lens.height - 1) / 2 - lens.cy]

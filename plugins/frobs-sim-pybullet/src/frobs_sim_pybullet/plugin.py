@@ -11,7 +11,7 @@ from frobs_core.plugins.records import Level, SimulatorRecord
 def frobs_simulators() -> list[SimulatorRecord]:
     """Provide PyBullet."""
     exact = (
-        "determinism snapshot teleport pause drive contacts rays wrench cameras randomize_mass "
+        "determinism snapshot teleport pause drive contacts rays wrench cameras camera_intrinsics randomize_mass "
         "randomize_gains randomize_joint_damping randomize_gravity randomize_size"
     )
     return [

@@ -155,4 +155,6 @@ def _view(camera: Camera, frame: tuple[Vector, Quat]) -> list[float]:
 
 
 def _projection(camera: Camera, aspect: float) -> list[float]:
+    if camera.intrinsics is not None:
+        return list(p.computeProjectionMatrix(*(_NEAR * edge for edge in camera.intrinsics.extent), _NEAR, _FAR))
     return list(p.computeProjectionMatrixFOV(camera.fov_y, aspect, _NEAR, _FAR))

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.contracts import Controller, RobotHandle, Simulation, Snapshot, StepContext, Task
+from frobs_core.contracts import Control, RobotHandle, Simulation, Snapshot, StepContext, Task
 from frobs_core.description import Camera, EndEffector, ObservationTerm
 from frobs_core.plugins.records import Level
 from frobs_core.util.arrays import Floats, Mask, rows_of
@@ -51,6 +51,7 @@ class Manipulation(Task):
     Attributes:
         start_opening: Opening of the gripper at the start of an episode, from 0 (closed) to 1 (open).
         finger_axis: World axis along which the fingers close: ``"x"`` or ``"y"``.
+        gripper: The robot's gripper, set by ``bind``.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -58,10 +59,12 @@ class Manipulation(Task):
 
     reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
     reset_options: ClassVar[Sequence[str]] = ()
+    robots: ClassVar[Sequence[str]] = ("robot",)
     control_timestep: ClassVar[float] = 0.04
     physics_timestep: ClassVar[float] = 0.004
     start_opening: ClassVar[float] = 1.0
     finger_axis: ClassVar[str] = "y"
+    gripper: EndEffector
 
     def __init__(
         self,
@@ -86,16 +89,22 @@ class Manipulation(Task):
         x, y = self.center.tolist()
         return {"overview": Camera(pos=(x + 0.75, y - 0.75, 0.65), target=(x - 0.1, y, 0.12), fov_y=42.0)}
 
-    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+    def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
         """Bind the task to a simulation.
 
         Raises:
             UnsuitableRobotError: The robot has no gripper, or its tool cannot reach the working area.
         """
         self._simulation = simulation
-        self._robot: RobotHandle = simulation.robots["robot"]
+        self._robot: RobotHandle = control.robot("robot")
         self.num_envs = self._robot.num_envs
-        tool = gripper_of(self._robot)
+        tool = self._robot.end_effector
+        if tool is None or not tool.is_gripper:
+            raise UnsuitableRobotError(
+                self._robot.robot.name,
+                "has no gripper; attach one with Robot.attach, or choose a robot such as 'panda'.",
+            )
+        self.gripper = tool
         names = self._robot.joint_names
         self._fingers = [names.index(joint) for joint in tool.closed]
         self._closed = np.array([tool.closed[joint] for joint in tool.closed])
@@ -268,17 +277,3 @@ class Manipulation(Task):
             mask: The n environments for which to draw.
         """
         return quat_from_axis_angle(UP, rng.uniform(stream, -_TURN, _TURN, (), mask))
-
-
-def gripper_of(robot: RobotHandle) -> EndEffector:
-    """Return a robot's first end effector that has fingers.
-
-    Raises:
-        UnsuitableRobotError: The robot has no gripper.
-    """
-    for tool in robot.robot.end_effectors.values():
-        if tool.group and tool.closed:
-            return tool
-    raise UnsuitableRobotError(
-        robot.robot.name, "has no gripper; attach one with Robot.attach, or choose a robot such as 'panda'."
-    )

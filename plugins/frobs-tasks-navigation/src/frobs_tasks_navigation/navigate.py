@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.contracts import Controller, RobotHandle, Simulation, Snapshot, StepContext, Task
+from frobs_core.contracts import Control, RobotHandle, Simulation, Snapshot, StepContext, Task
 from frobs_core.description import Marker, ObservationTerm, Scene
 from frobs_core.sensing.sensors import Sensors
 from frobs_core.util.arrays import Floats, Mask, rows_of
@@ -94,6 +94,7 @@ class Navigate(Task):
 
     reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
     reset_options: ClassVar[Sequence[str]] = ("goal", "start")
+    robots: ClassVar[Sequence[str]] = ("robot",)
     control_timestep: ClassVar[float] = 0.2
     physics_timestep: ClassVar[float] = 0.02
     late_terms: ClassVar[Sequence[str]] = ("way_point",)
@@ -146,14 +147,14 @@ class Navigate(Task):
         """Return a scene with the walls, the boxes, and a camera that sees the whole floor plan."""
         return build_scene(self.plan)
 
-    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+    def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
         """Bind the task to a simulation.
 
         Raises:
             ConfigurationError: The robot cannot drive, or it does not have the required lidar.
         """
         self._simulation = simulation
-        self._robot: RobotHandle = simulation.robots["robot"]
+        self._robot: RobotHandle = control.robot("robot")
         name = self._robot.robot.name
         if self._robot.robot.base == "fixed":
             raise UnsuitableRobotError(

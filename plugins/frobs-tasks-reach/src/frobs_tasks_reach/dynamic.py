@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from frobs_core.contracts import Controller, Simulation, Snapshot
+from frobs_core.contracts import Control, Simulation, Snapshot
 from frobs_core.description import ObservationTerm
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import ConfigurationError
@@ -81,7 +81,7 @@ class ReachDynamic(Reach):
         self.max_amplitude = positive("max_amplitude", max_amplitude)
         self.max_frequency = positive("max_frequency", max_frequency)
 
-    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+    def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
         """Bind the task to a simulation.
 
         Raises:
@@ -89,7 +89,7 @@ class ReachDynamic(Reach):
                 motion.
         """
         self._motion = Oscillation(simulation.num_envs, np.full(3, self.max_amplitude), np.full(3, self.max_frequency))
-        super().bind(simulation, controller, control_timestep)
+        super().bind(simulation, control, control_timestep)
         self._goal_velocity = np.zeros_like(self._goal)
         reached = self._sampler.survey(_SURVEY)
         self._workspace = Workspace(self.goal_low, self.goal_high, reached[self._is_in_box(reached)])

@@ -8,7 +8,7 @@ from typing import ClassVar, TypeVar
 
 import numpy as np
 
-from frobs_core.contracts import Controller, RobotHandle, Simulation, Snapshot, StepContext
+from frobs_core.contracts import Control, RobotHandle, Simulation, Snapshot, StepContext
 from frobs_core.description import Camera, Marker, ObservationTerm, Scene
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import UnsuitableRobotError
@@ -106,14 +106,14 @@ class Reach(EpisodeStart):
         eye = (1.35 * scale, -1.35 * scale, 1.05 * scale)
         return Scene(cameras={"overview": Camera(pos=eye, target=(0.0, 0.0, 0.4 * scale), fov_y=42.0)})
 
-    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+    def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
         """Bind the task to a simulation.
 
         Raises:
             ConfigurationError: The robot has no joints, drives on wheels, or cannot reach any part of the goal box.
         """
         self._simulation = simulation
-        self._robot: RobotHandle = simulation.robots[self.robot_name]
+        self._robot: RobotHandle = control.robot(self.robot_name)
         if not self._robot.dof:
             raise UnsuitableRobotError(self._robot.robot.name, "has no actuated joints, so it cannot reach a goal.")
         if self._robot.robot.base == "wheeled":

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.contracts import Controller, Simulation, StepContext, Task
+from frobs_core.contracts import Control, Simulation, StepContext, Task
 from frobs_core.description import Camera, Marker, ObservationTerm, Scene
 from frobs_core.plugins.records import Level
 from frobs_core.util.arrays import Floats, Mask
@@ -73,22 +73,18 @@ class ReachTogether(Task):
         """Return a scene with a floor and a camera that sees two arms."""
         return Scene(cameras={"overview": Camera(pos=(2.2, -2.2, 1.8), target=(0.0, 0.0, 0.4), fov_y=50.0)})
 
-    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+    def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
         """Create and bind a task for each controlled robot.
 
         Raises:
             ConfigurationError: A robot has no joints.
         """
-        scene = self.scene()
-        others = {*scene.robots, *scene.props}
         parts: dict[str, Reach] = {}
-        for name in simulation.robots:
-            if name in others:
-                continue
+        for name in control.robots:
             parts[name] = part = Reach(**self._keywords)
             part.reward_type = self.reward_type
             part.robot_name = name
-            part.bind(simulation, controller, control_timestep)
+            part.bind(simulation, control, control_timestep)
         self.parts = parts
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:

@@ -8,9 +8,9 @@ from templates.my_reach import MyReach
 
 
 class Faulty(MyReach):
-    def bind(self, simulation, controller, control_timestep):
-        super().bind(simulation, controller, control_timestep)
-        self._last_action = np.zeros((simulation.num_envs, *controller.action_space.shape))
+    def bind(self, simulation, control, control_timestep):
+        super().bind(simulation, control, control_timestep)
+        self._last_action = np.zeros((simulation.num_envs, *control.action_space.shape))
 
     def reward(self, context):
         super().reward(context)

@@ -8,8 +8,8 @@ from templates.my_reach import MyReach
 
 
 class Faulty(MyReach):
-    def bind(self, simulation, controller, control_timestep):
-        super().bind(simulation, controller, control_timestep)
+    def bind(self, simulation, control, control_timestep):
+        super().bind(simulation, control, control_timestep)
         self._angular_step = 0.5 * control_timestep  # [rad]
         self._phase = np.zeros(simulation.num_envs)
         self._center = np.zeros((simulation.num_envs, 3))

@@ -8,8 +8,8 @@ from templates.my_drive import MyDrive
 
 
 class Faulty(MyDrive):
-    def bind(self, simulation, controller, control_timestep):
-        super().bind(simulation, controller, control_timestep)
+    def bind(self, simulation, control, control_timestep):
+        super().bind(simulation, control, control_timestep)
         self._held = np.zeros(simulation.num_envs, np.int64)
 
     def reset(self, mask, rng, options):

@@ -9,8 +9,8 @@ from templates.my_reach import MyReach
 
 
 class Faulty(MyReach):
-    def bind(self, simulation, controller, control_timestep):
-        super().bind(simulation, controller, control_timestep)
+    def bind(self, simulation, control, control_timestep):
+        super().bind(simulation, control, control_timestep)
         self._velocity = np.zeros((simulation.num_envs, 3))
 
     def reset(self, mask, rng, options):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.contracts import Controller, Simulation, Snapshot, StepContext
+from frobs_core.contracts import Control, Simulation, Snapshot, StepContext
 from frobs_core.util.arrays import Mask, rows_of
 from frobs_core.util.random import RandomSource
 from templates.my_reach import MyReach
@@ -18,8 +18,8 @@ class Faulty(MyReach):
         super().__init__(**keywords)
         self.episode_steps = episode_steps
 
-    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
-        super().bind(simulation, controller, control_timestep)
+    def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
+        super().bind(simulation, control, control_timestep)
         self._steps = np.zeros(simulation.num_envs, np.int64)
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:

@@ -6,15 +6,15 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from frobs_core.contracts import Controller, Simulation
+from frobs_core.contracts import Control, Simulation
 from frobs_core.description import ObservationTerm
 from frobs_core.util.arrays import Floats
 from templates.my_reach import MyReach
 
 
 class Faulty(MyReach):
-    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
-        super().bind(simulation, controller, control_timestep)
+    def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
+        super().bind(simulation, control, control_timestep)
         self._period = control_timestep
         self._seen: Floats = self._robot.frame_pose("tcp")[0].copy()
 

@@ -45,7 +45,7 @@ def note_the_task(package: OldPackage, robot: RobotSource | None, made: Migratio
             'in plugin.py, set controller="trajectory" (from frobs-controllers-planning) to plan and execute motions',
         )
     for topic in _topics(package):
-        made.leave(topic, "instead of topics, use the robot's state in simulation.robots['robot'], or a Sensors object")
+        made.leave(topic, "instead of topics, use the robot's state in control.robot('robot'), or a Sensors object")
     for launch in sorted(package.folder.rglob("*.launch")):
         made.leave(
             launch.name, "FRobs does not use launch files; move the computations of the launched nodes to the task"

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.contracts import Controller, Simulation, StepContext
+from frobs_core.contracts import Control, Simulation, StepContext
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import ParameterValueError
 from frobs_tasks_legacy.navigation.config import FILES
@@ -113,13 +113,13 @@ class NavigateLegacy(Navigate):
             collision_ends=False,
         )
 
-    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+    def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
         """Bind the task to a simulation.
 
         Raises:
             ConfigurationError: The robot cannot drive, or its lidar does not have the configured number of rays.
         """
-        super().bind(simulation, controller, control_timestep)
+        super().bind(simulation, control, control_timestep)
         if "lidar" not in self._observed:
             return
         rays, samples = self._robot.robot.lidars[self.lidar].rays, self.config["lidar_samples"]

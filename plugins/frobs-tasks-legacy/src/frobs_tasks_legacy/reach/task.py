@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from frobs_core.contracts import Controller, Simulation, Snapshot, StepContext
+from frobs_core.contracts import Control, Simulation, Snapshot, StepContext
 from frobs_core.description import ObservationTerm
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import ConfigurationError, MissingSettingError, ParameterValueError
@@ -124,7 +124,7 @@ class ReachLegacy(Reach):
             raise ParameterValueError("goals", goals, "'reachable' or 'box'")
         self.limits, self.goals = limits, goals
 
-    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+    def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
         """Bind the task to a simulation.
 
         Raises:
@@ -138,7 +138,7 @@ class ReachLegacy(Reach):
             np.array([params[f"{axis}_max_freq"] for axis in "xyz"]),
             max_phase=0.0,
         )
-        super().bind(simulation, controller, control_timestep)
+        super().bind(simulation, control, control_timestep)
         self._watched = self._sampler.lower, self._sampler.upper
         if self.limits == "configured":
             self._watched = np.array(self.config["min_joint_pos"]), np.array(self.config["max_joint_pos"])

@@ -12,7 +12,7 @@ from frobs_core.kernel.env import RobotEnv
 from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import ConfigurationError
-from frobs_tasks_manipulation.manipulation import Manipulation, gripper_of
+from frobs_tasks_manipulation.manipulation import Manipulation
 
 _GAIN = 0.4
 """Fraction of the remaining distance that the tool is commanded to move in a control step."""
@@ -39,8 +39,7 @@ class ToolExpert(Expert, Generic[TaskT]):
     def __init__(self, env: RobotEnv | RobotVectorEnv) -> None:
         self.task: TaskT = env.task  # type: ignore[assignment] # only tasks of this type name this expert
         self._control_timestep = env.control_timestep
-        robot = env.robot
-        tool = gripper_of(robot)
+        robot, tool = env.robot, self.task.gripper
         arm = tool.arm or next(iter(robot.robot.groups))
         controllers = env.control.controllers
         if len(env.control.robots) != 1:

@@ -61,7 +61,7 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         self.front = config.states - 1
         self._state = np.full(base.num_envs, -1)  # start state of each episode, or -1 if the start is not on the path
         self._episodes = self._successes = 0  # numbers of finished and successful episodes that began at the front
-        base.call_after_reset(self._begin)
+        base.after_reset.append(self._begin)
 
     def _begin(self, mask: Mask | None) -> None:
         """Move some of the environments selected by ``mask`` to states on the path."""

@@ -143,6 +143,6 @@ def _placed(
         control = RobotControl(handle, {group: controller}, subject.control_timestep, subject.decimation)
         simulation.reset()
         controller.reset(None)
-        yield simulation, control, handle.group(names, robot.tcp_of(group))
+        yield simulation, control, handle.group(names, name=group)
     finally:
         simulation.close()

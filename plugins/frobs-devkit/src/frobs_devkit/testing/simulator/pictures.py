@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.description import Body, Camera
+from frobs_core.description import Body, Camera, Intrinsics
 from frobs_core.models import Box, Pose
 from frobs_core.util.arrays import Mask
 from frobs_core.util.errors import RenderingUnavailableError
@@ -55,6 +55,25 @@ def pictures_are_true(subject: SimulatorUnderTest) -> None:
             own = values[counts.argmax()]
             expect(counts.max() >= 0.7 * red.sum(), f"the red box has several segmentation IDs: {values}.")
             expect(own != numbers[24, 32], f"the red box and the wall have the same segmentation ID, {own}.")
+
+
+@verifies("camera_intrinsics")
+def intrinsics_project_points(subject: SimulatorUnderTest) -> None:
+    """A red box appears at the pixel to which the camera's intrinsics project it, in images of two sizes."""
+    x, y, z = (1.5, 0.5, 1.4)  # [m] in front of, to the left of and above the origin
+    lens = Intrinsics(fx=90.0, fy=70.0, cx=45.0, cy=30.0, width=64, height=48)
+    column, row = lens.fx * -y / x + lens.cx, lens.fy * (1.0 - z) / x + lens.cy
+    box = replace(_RED, geometry=Box((0.02, 0.1, 0.1)), pose=Pose(pos=(x, y, z)))
+    with subject.build(bodies={"red": box}, cameras={"front": replace(_CAMERA, intrinsics=lens)}) as (sim, _):
+        for scale in (1, 2):
+            try:
+                shown = _red(sim.render(None, "front", (48 * scale, 64 * scale))[0])
+            except RenderingUnavailableError as error:
+                raise Inconclusive(str(error)) from error
+            expect(shown.any(), "no pixel of the image is red, although a red box is in front of the camera.")
+            wanted = scale * np.array([row + 0.5, column + 0.5]) - 0.5
+            what = f"row and column of a red box in an image of {48 * scale} × {64 * scale} pixels"
+            expect_close(wanted, np.argwhere(shown).mean(axis=0), 0.75 * scale, what)
 
 
 @verifies("cameras")

@@ -1,0 +1,134 @@
+"""Cameras that users add to a scene by keyword."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frobs_core.description import Camera, Marker, Scene
+from frobs_core.kernel.cameras import with_cameras
+from frobs_core.kernel.compose import plan
+from frobs_core.kernel.config import EnvConfig
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.plugins import get_record
+from frobs_core.plugins.records import SimulatorRecord
+from frobs_core.util.errors import CapabilityError, FrobsError
+from frobs_core.util.rotations import quat_conjugate, quat_rotate
+
+PARTS: dict[str, Any] = {"task": "reach", "robot": "irb120", "controller": "joint_delta_position"}
+LENS = {"fx": 100.0, "fy": 80.0, "cx": 70.0, "cy": 20.0, "width": 96, "height": 64}
+WRIST = {"link": "link_3", "pos": [0.3, 0.4, 0.0], "target": [0.3, 0.0, 0.1]}
+VIEW = {"wrist": {"camera": "wrist", "size": [64, 96], "markers": True}}
+
+
+def project(camera: Camera, pose: tuple[np.ndarray, np.ndarray], point: np.ndarray) -> tuple[float, float]:
+    """Return the pixel (u, v) of a point in the world frame, which is computed from the intrinsics alone."""
+    pos, quat = pose
+    in_frame = quat_rotate(quat_conjugate(quat), point[None] - pos)[0]
+    forward = np.subtract(camera.target, camera.pos)
+    forward = forward / np.linalg.norm(forward)
+    right = np.cross(forward, camera.up or (0.0, 0.0, 1.0))
+    right /= np.linalg.norm(right)
+    offset, lens = in_frame - camera.pos, camera.intrinsics
+    assert lens is not None
+    depth, down = offset @ forward, np.cross(forward, right)
+    return lens.fx * (offset @ right) / depth + lens.cx, lens.fy * (offset @ down) / depth + lens.cy
+
+
+@pytest.mark.needs("rendering")
+@pytest.mark.parametrize("simulator", ["mujoco", "pybullet"])
+@pytest.mark.parametrize("frame", ["link", "world"])
+def test_point_is_where_the_intrinsics_project_it(simulator: str, frame: str) -> None:
+    settings = WRIST if frame == "link" else {"pos": [1.2, -0.5, 0.9], "target": [0.4, 0.1, 0.4]}
+    keywords = {"cameras": {"wrist": {**settings, "intrinsics": LENS}}, "simulator": simulator}
+    camera = plan(EnvConfig(**PARTS, **keywords), 1).scene.cameras["wrist"]
+    with closing(RobotEnv(**PARTS, **keywords)) as env:
+        env.reset(seed=0)
+        point = np.array([0.45, 0.0, 0.5])
+        here = (np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0, 0.0]]))
+        column, row = project(camera, env.robot.frame_pose("link_3") if frame == "link" else here, point)
+        assert 5 < column < 90
+        assert 5 < row < 58
+        marker = Marker(point[None], 0.02, (1.0, 0.0, 0.0, 1.0))
+        without, marked = (  # without shadows
+            env.simulation.render(None, "wrist", (64, 96), markers=markers, fast=True)[0] for markers in ((), (marker,))
+        )
+        shown = np.argwhere(np.abs(marked.astype(int) - without).sum(axis=-1) > 60)
+        assert shown.mean(axis=0) == pytest.approx([row, column], abs=1.0)
+
+
+@pytest.mark.needs("rendering")
+def test_camera_is_observed_rendered_and_read() -> None:
+    keywords = {"cameras": {"wrist": {"robot": "robot", **WRIST}}, "observations": VIEW, "camera": "wrist"}
+    with closing(RobotEnv(render_mode="rgb_array", render_size=(64, 96), **keywords, **PARTS)) as env:
+        observation = env.reset(seed=0)[0]
+        assert observation["wrist"].std() > 5.0
+        assert (env.read_terms(VIEW)["wrist"] == observation["wrist"]).all()
+        assert env.render().shape == (64, 96, 3)
+        before = observation["wrist"].astype(int)
+        after = env.step(np.array([1.0, 0, 0, 0, 0, 0]))[0]["wrist"]
+        assert np.abs(after - before).max() > 5  # the camera moves with the link
+
+
+def test_settings_change_the_camera_of_the_scene() -> None:
+    scene = plan(EnvConfig(**PARTS), 1).scene
+    changed = with_cameras(scene, {"overview": {"fov_y": 30}}, {}).cameras["overview"]
+    assert changed == replace(scene.cameras["overview"], fov_y=30.0)
+
+
+def test_field_of_view_follows_from_the_intrinsics() -> None:
+    camera = with_cameras(Scene(), {"overview": {"intrinsics": {**LENS, "cy": 31.5}}}, {}).cameras["overview"]
+    assert camera.fov_y == pytest.approx(2 * np.degrees(np.arctan(32 / 80)))
+
+
+def test_simulator_without_intrinsics_refuses_them() -> None:
+    mujoco = get_record("simulator", "mujoco")
+    assert isinstance(mujoco, SimulatorRecord)
+    for lacking, lens in (("camera_intrinsics", {"intrinsics": LENS}), ("cameras", {})):
+        levels = {name: level for name, level in mujoco.capabilities.items() if name != lacking}
+        config = EnvConfig(
+            **PARTS, simulator=replace(mujoco, capabilities=levels), cameras={"wrist": {**WRIST, **lens}}
+        )
+        with pytest.raises(CapabilityError, match=rf"cameras\.wrist +{lacking}"):
+            plan(config, 1)
+
+
+@pytest.mark.parametrize(
+    ("settings", "text"),
+    [
+        (7, "cameras.wrist is 7; it must be a mapping with some of robot, link"),
+        ({**WRIST, "fovy": 60}, "no parameter 'fovy'. Did you mean 'fov_y'"),
+        ({**WRIST, "robot": "left"}, r"robot of the scene \(cameras.wrist.robot\) is named 'left'.* Available: robot"),
+        ({**WRIST, "link": "tool1"}, r"link of robot 'robot' \(cameras.wrist.link\) is named 'tool1'"),
+        ({"body": "cube", "pos": [1, 0, 0], "target": [0, 0, 0]}, r"body of the scene \(cameras.wrist.body\) .*'cube'"),
+        ({**WRIST, "body": "cube"}, "cameras.wrist.link and cameras.wrist.body cannot be combined"),
+        (
+            {"robot": "robot", "pos": [1, 0, 0], "target": [0, 0, 0]},
+            "needs link; name the link that carries the camera",
+        ),
+        (
+            {"link": "link_3", "pos": [1, 0, 0]},
+            "needs pos and target; only cameras of the scene have defaults: overview",
+        ),
+        ({**WRIST, "target": WRIST["pos"]}, "cameras.wrist.target is .*; it must be a point other than"),
+        ({**WRIST, "pos": [0, 0, float("nan")]}, "cameras.wrist: pos.2 is nan; it must be a finite number"),
+        ({**WRIST, "fov_y": 180}, "fov_y is 180; it must be less than 180"),
+        ({**WRIST, "fov_y": 60, "intrinsics": LENS}, "fov_y and cameras.wrist.intrinsics cannot be combined"),
+        ({**WRIST, "intrinsics": {"fx": 100}}, "cameras.wrist needs intrinsics.fy"),
+        ({**WRIST, "intrinsics": {**LENS, "k1": 0.1}}, "'intrinsics' of cameras.wrist has no parameter 'k1'"),
+        ({**WRIST, "intrinsics": {**LENS, "fx": 0}}, "cameras.wrist: intrinsics.fx is 0; it must be greater than 0"),
+        ({**WRIST, "up": [0.0, -0.8, 0.2]}, "up vector .* parallel to the viewing direction"),
+    ],
+)
+def test_wrong_settings_are_named(settings: Any, text: str) -> None:
+    with pytest.raises(FrobsError, match=text):
+        RobotEnv(**PARTS, cameras={"wrist": settings})
+
+
+def test_keyword_survives_a_round_trip() -> None:
+    config = EnvConfig(**PARTS, cameras={"wrist": {**WRIST, "intrinsics": LENS}})
+    assert EnvConfig.from_dict(config.to_dict()) == config
