@@ -6,11 +6,15 @@ plugins. For example, ``frobs doctor plugins`` sets ``FROBS_NO_PLUGINS`` and exa
 """
 
 import os
+from typing import TYPE_CHECKING, Any
 
 from frobs_core._version import __version__ as __version__
 from frobs_core.deprecation import keep_moved_modules
 
-__all__ = ["plugins", "registry"]
+if TYPE_CHECKING:
+    from frobs_core.kernel.policies import load_policy as load_policy
+
+__all__ = ["load_policy", "plugins", "registry"]
 
 keep_moved_modules()
 
@@ -19,3 +23,12 @@ if not os.environ.get("FROBS_NO_PLUGINS") and "_FROBS_COMPLETE" not in os.enviro
     from frobs_core.plugins import registry as registry
 
     registry.register_environments()
+
+
+def __getattr__(name: str) -> Any:
+    """Import ``load_policy`` on first use, because its module imports the contracts."""
+    if name != "load_policy":
+        raise AttributeError(f"module 'frobs_core' has no attribute '{name}'")
+    from frobs_core.kernel.policies import load_policy
+
+    return load_policy

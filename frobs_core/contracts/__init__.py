@@ -6,11 +6,11 @@ from frobs_core.contracts.body_handle import BodyHandle
 from frobs_core.contracts.contacts import ContactState
 from frobs_core.contracts.control import Control, RobotControl
 from frobs_core.contracts.controller import Controller, ControllerWrapper
-from frobs_core.contracts.expert import Expert, load_expert
 from frobs_core.contracts.joint_group import JointGroup, JointSubset
 from frobs_core.contracts.model_reader import ModelReader
 from frobs_core.contracts.pacing import Pacer
 from frobs_core.contracts.parameters import WrittenParameters
+from frobs_core.contracts.policy import Expert, Policy, load_expert
 from frobs_core.contracts.robot_handle import RobotHandle, active_gains
 from frobs_core.contracts.simulation import BareEngine, Simulation, Snapshot
 from frobs_core.contracts.step_context import StepContext
@@ -33,6 +33,7 @@ __all__ = [
     "JointSubset",
     "ModelReader",
     "Pacer",
+    "Policy",
     "ResetOptions",
     "RobotControl",
     "RobotHandle",

@@ -168,7 +168,9 @@ class Plugins:
                 else:
                     reports.append(self._load_one(candidate, reports, watch))
         offers: dict[str, dict[str, dict[str, PluginReport]]] = {kind: {} for kind in RECORDS}
-        for report in reports:
+        own = Candidate("core", "frobs-core", __version__, "frobs_core.plugin")
+        records_of_core = read_records(import_plugin(own.value), own.key)
+        for report in (PluginReport.of(own, "loaded", records=records_of_core), *reports):
             for kind, records in report.records.items():
                 for record in records:
                     offers.setdefault(kind, {}).setdefault(record.name, {})[report.distribution] = report
