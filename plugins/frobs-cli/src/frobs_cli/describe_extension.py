@@ -11,7 +11,14 @@ from frobs_cli.parameters import parameters
 from frobs_core import plugins
 from frobs_core.description import Sensor
 from frobs_core.plugins.capabilities import abilities
-from frobs_core.plugins.records import AbilityRecord, ControllerRecord, ParameterRecord, PolicyRecord, SimulatorRecord, TaskRecord
+from frobs_core.plugins.records import (
+    AbilityRecord,
+    ControllerRecord,
+    ParameterRecord,
+    PolicyRecord,
+    SimulatorRecord,
+    TaskRecord,
+)
 from frobs_core.util.errors import PluginError
 
 

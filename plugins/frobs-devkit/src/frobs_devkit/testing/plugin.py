@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from frobs_core import plugins
-from frobs_core.contracts import Algorithm, Controller, Simulation, Task
+from frobs_core.contracts import Algorithm, Controller, ModelReader, Policy, Simulation, Task
 from frobs_core.description import Robot, Sensor
 from frobs_core.plugins import Candidate, PluginReport, missing, registry
 from frobs_core.plugins.records import AlgorithmRecord, Record, TaskRecord
@@ -19,6 +19,8 @@ from frobs_models import resolve_path
 
 _BASES: dict[str, type] = {
     "sensor_type": Sensor,
+    "model_format": ModelReader,
+    "policy": Policy,
     "simulator": Simulation,
     "controller": Controller,
     "task": Task,

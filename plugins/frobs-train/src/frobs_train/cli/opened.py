@@ -68,9 +68,7 @@ UsesExpert = Annotated[
 
 ModelAlgorithm = Annotated[
     str | None,
-    typer.Option(
-        "--algorithm", metavar="NAME", show_default="read from the file", help="Algorithm of the model file."
-    ),
+    typer.Option("--algorithm", metavar="NAME", show_default="read from the file", help="Algorithm of the model file."),
 ]
 
 ModelSettings = Annotated[
