@@ -77,9 +77,7 @@ def find_policy(name: str | Path) -> PolicyRecord:
     best = [key for key, length in lengths.items() if length == max(lengths.values()) >= 0]
     if not best:
         hint = plugins.install_command("policy", "trained")
-        raise PluginError(
-            f"no installed policy opens {text}; to open run folders, bundles and model files, install frobs-train: {hint}."
-        )
+        raise PluginError(f"no installed policy opens {text}; to open run folders, bundles and model files: {hint}.")
     if len(best) > 1:
         origins = [plugins.get_report("policy", key).origin for key in best]
         raise AmbiguousNameError("policy", text, origins, best)

@@ -10,8 +10,9 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core import load_policy
+import frobs_core
 from frobs_core.contracts import Algorithm, Policy
+from frobs_core.deprecation import deprecated
 from frobs_core.description import Observation
 from frobs_core.kernel.policies import make_policy
 from frobs_core.plugins.registry import bare_id
@@ -196,10 +197,18 @@ def acting_policy(run: Run, env: Any, checkpoint: str | int = "newest", determin
     if not deterministic:
         options["deterministic"] = False
     if isinstance(run, PolicyRun):
-        return load_policy(run.policy, env, **run.options, **options)
+        return frobs_core.load_policy(run.policy, env, **run.options, **options)
     policy = TrainedPolicy(run, **options)
     policy.bind(env)
     return policy
+
+
+@deprecated(instead="frobs_core.load_policy", since="0.3", removed_in="0.4")
+def load_policy(
+    run: Run, observation_space: gym.Space[Any], action_space: gym.Space[Any], checkpoint: str | int = "newest"
+) -> tuple[Algorithm, int]:
+    """Return :func:`load_algorithm` for the same arguments."""
+    return load_algorithm(run, observation_space, action_space, checkpoint)
 
 
 def load_algorithm(

@@ -141,7 +141,9 @@ def _expert_path(
     """
     try:
         expert = load_policy("expert", env)
-    except (ConfigurationError, RunError) as error:
+    except RunError as error:
+        raise RunError(f"reset_from needs a task with an expert; {_WITHOUT}.") from error
+    except ConfigurationError as error:
         raise RunError(f"reset_from: {str(error).rstrip('.')}; {_WITHOUT}.") from error
     # with a mask, reset() does not shorten (stagger) the first episodes
     observation, _ = env.reset(seed=seed, options={"reset_mask": np.ones(env.num_envs, np.bool_)})
