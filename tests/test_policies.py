@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from frobs_core import load_policy, plugins
-from frobs_core.contracts import Expert, Policy, load_expert
+from frobs_core.contracts import Expert, Policy
 from frobs_core.deprecation import FrobsDeprecationWarning
-from frobs_core.kernel.policies import find_policy, is_path, make_policy
+from frobs_core.kernel.policies import find_policy, is_path, load_expert, make_policy
 from frobs_core.plugins import Plugins
 from frobs_core.plugins.records import PolicyRecord
 from frobs_core.util.errors import AmbiguousNameError, PluginError, RunError, UnknownNameError, UnknownParameterError
@@ -95,6 +95,13 @@ def test_an_expert_of_version_0_2_acts_with_a_warning(env: Any, monkeypatch: pyt
     assert policy.act(None, np.ones(2, bool)).tolist() == np.ones(env.action_space.shape).tolist()
 
 
+@pytest.mark.filterwarnings("ignore::frobs_core.deprecation.FrobsDeprecationWarning")
+def test_load_expert_is_found_where_version_0_2_had_it() -> None:
+    from frobs_core.interfaces import load_expert as moved
+
+    assert moved is load_expert
+
+
 @pytest.mark.parametrize("cls", [Still, StillIn02])
 @pytest.mark.filterwarnings("ignore::frobs_core.deprecation.FrobsDeprecationWarning")
 def test_load_expert_returns_an_expert_that_acts_as_in_version_0_2(
@@ -170,6 +177,5 @@ def test_the_policy_with_the_longest_fitting_ending_opens_a_path(
     assert isinstance(policy, Opened)
     assert policy.path == Path("a.tape")
     offered["frobs-core:again"] = record("again", ".tape")
-    monkeypatch.setattr(plugins, "get_report", lambda kind, name: type("Report", (), {"origin": name}))
     with pytest.raises(AmbiguousNameError, match="tapes"):
         find_policy("a.tape")

@@ -10,7 +10,7 @@ from frobs_core.contracts.joint_group import JointGroup, JointSubset
 from frobs_core.contracts.model_reader import ModelReader
 from frobs_core.contracts.pacing import Pacer
 from frobs_core.contracts.parameters import WrittenParameters
-from frobs_core.contracts.policy import Expert, Policy, load_expert
+from frobs_core.contracts.policy import Expert, Policy
 from frobs_core.contracts.robot_handle import RobotHandle, active_gains
 from frobs_core.contracts.simulation import BareEngine, Simulation, Snapshot
 from frobs_core.contracts.step_context import StepContext
@@ -45,5 +45,4 @@ __all__ = [
     "Wrench",
     "WrittenParameters",
     "active_gains",
-    "load_expert",
 ]

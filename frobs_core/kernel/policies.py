@@ -1,10 +1,13 @@
-"""Opens policies by name or path, and the two policies of the core: experts and random actions."""
+"""Opens policies by name or path, and the policies of the core: experts and random actions."""
 
 from __future__ import annotations
 
+import inspect
 import os
 from collections.abc import Mapping
 from copy import deepcopy
+from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any, cast
 
@@ -12,7 +15,8 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core import plugins
-from frobs_core.contracts.policy import Environment, Policy, bound_expert
+from frobs_core.contracts.policy import Environment, Policy
+from frobs_core.deprecation import deprecated, warn_deprecated
 from frobs_core.description.observation_term import Observation
 from frobs_core.plugins.records import PolicyRecord
 from frobs_core.util.arrays import Action, Mask
@@ -24,19 +28,13 @@ def load_policy(name: str | Path, env: Environment, **options: Any) -> Policy:
     """Open a policy that acts in an environment.
 
     Args:
-        name: Name from ``frobs list policies``, such as ``"expert"``, ``"random"`` or ``"pretrained"``, or a path, such
-            as ``"runs/first"``, ``"reach.frobs"`` or ``"model.zip"``. A string with ``/`` or ``.`` is a path.
+        name: Name from ``frobs list policies``, or a path, such as ``"runs/first"`` or ``"reach.frobs"``.
         env: A single or vector environment, before its first reset.
         options: Keyword arguments of the policy, such as ``checkpoint="best"`` for a run folder.
 
-    Returns:
-        The policy. Call :meth:`~frobs_core.contracts.Policy.close` after the last action.
-
     Raises:
-        UnknownNameError: No installed plugin provides the policy. The message lists the names, and what to install.
-        PluginError: No installed plugin opens the path.
-        UnknownParameterError: The policy has no such option.
-        FrobsError: The policy cannot act in this environment.
+        PluginError: No installed plugin provides the name or opens the path.
+        FrobsError: The policy has no such option, or cannot act in this environment.
     """
     policy = make_policy(name, **options)
     policy.bind(env)
@@ -44,7 +42,7 @@ def load_policy(name: str | Path, env: Environment, **options: Any) -> Policy:
 
 
 def make_policy(name: str | Path, **options: Any) -> Policy:
-    """Return a policy that is not yet bound to an environment. For the arguments and errors, see :func:`load_policy`."""
+    """Return a policy that is not yet bound to an environment. For arguments and errors, see :func:`load_policy`."""
     record = find_policy(name)
     cls: type[Policy] = record.load()
     path = [Path(name)] if record.suffixes else []
@@ -56,62 +54,85 @@ def make_policy(name: str | Path, **options: Any) -> Policy:
 
 
 def is_path(name: str | Path) -> bool:
-    """Return whether the name of a policy is a path: it contains ``/``, the system's separator, or ``.``."""
+    """Return whether the name of a policy is a path, which contains ``/``, the system's separator, or ``.``."""
     return isinstance(name, Path) or "." in name.rpartition(":")[2] or "/" in name or os.sep in name
 
 
 def find_policy(name: str | Path) -> PolicyRecord:
-    """Return the record of a policy with a name, or of the policy that opens a path. For errors, see `load_policy`."""
+    """Return the record of the policy that has a name or opens a path. For errors, see :func:`load_policy`."""
     text = os.fspath(name)
     if not is_path(name):
         record = cast("PolicyRecord", plugins.get_record("policy", text))
         if record.suffixes:
-            raise PluginError(f"policy '{text}' has no path; write the path instead of the name, such as 'runs/first'.")
+            raise PluginError(f"policy '{text}' opens paths; write the path instead of the name, such as 'runs/first'.")
         return record
     ending = f"{text}/" if os.path.isdir(text) else text
     records = cast("Mapping[str, PolicyRecord]", plugins.records("policy"))
-    lengths = {
-        key: max((len(suffix) for suffix in record.suffixes if ending.endswith(suffix)), default=-1)
-        for key, record in records.items()
-    }
-    best = [key for key, length in lengths.items() if length == max(lengths.values()) >= 0]
-    if not best:
+    fits = [(len(end), key) for key, record in records.items() for end in record.suffixes if ending.endswith(end)]
+    longest = [key for length, key in fits if length == max(fits)[0]]
+    if not fits:
         hint = plugins.install_command("policy", "trained")
         raise PluginError(f"no installed policy opens {text}; to open run folders, bundles and model files: {hint}.")
-    if len(best) > 1:
-        origins = [plugins.get_report("policy", key).origin for key in best]
-        raise AmbiguousNameError("policy", text, origins, best)
-    return records[best[0]]
+    if len(longest) > 1:
+        raise AmbiguousNameError("policy", text, longest)
+    return records[longest[0]]
 
 
-class ExpertPolicy(Policy):
-    """The scripted expert of an environment's task.
+class TaskExpert(Policy):
+    """The scripted expert of the environment's task.
 
-    Raises:
-        RunError: The environment's task has no expert.
-        ConfigurationError: The expert does not support the environment's controllers.
+    Attributes:
+        expert: The expert, after :meth:`bind`.
     """
 
+    expert: Any
+
     def bind(self, env: Environment) -> None:
-        """Load the expert that the task names."""
-        expert = bound_expert(env)
-        if expert is None:
-            name = env.spec.id if env.spec is not None else type(env.unwrapped).__name__
-            raise RunError(f"the task of {name} has no scripted expert; use another policy: frobs list policies.")
-        self._expert = expert
+        """Create the expert. Experts of version 0.2 have ``__init__(env)`` and ``act(episode_start)``.
+
+        Raises:
+            RunError: The environment's task has no expert.
+            ConfigurationError: The expert does not support the environment's controllers.
+        """
+        module, _, name = getattr(getattr(env.unwrapped, "task", None), "expert", "").partition(":")
+        if not module:
+            id = env.spec.id if env.spec is not None else type(env.unwrapped).__name__
+            raise RunError(f"the task of {id} has no scripted expert; use another policy: frobs list policies.")
+        cls = getattr(import_module(module), name)
+        self._takes_observation = len(inspect.signature(cls.act).parameters) > 2
+        if self._takes_observation:
+            self.expert = cls()
+            self.expert.bind(env)
+            return
+        new = "bind(env) and act(observation, episode_start)"
+        warn_deprecated(f"__init__(env) of the expert {cls.__qualname__}", instead=new, since="0.3", removed_in="0.4")
+        self.expert = cls(env.unwrapped)
 
     def act(self, observation: Observation, episode_start: Mask) -> Action:
         """Return the expert's actions."""
-        return self._expert.act(observation, episode_start)
+        arguments = (observation, episode_start) if self._takes_observation else (episode_start,)
+        return cast("Action", self.expert.act(*arguments))
 
     def info(self) -> Mapping[str, np.ndarray[Any, Any]]:
         """Return the expert's facts."""
-        return self._expert.info()
+        return cast("Mapping[str, np.ndarray[Any, Any]]", self.expert.info())
 
     def close(self) -> None:
         """Close the expert."""
-        if hasattr(self, "_expert"):
-            self._expert.close()
+        self.expert.close()
+
+
+@deprecated(instead="frobs_core.load_policy('expert', env)", since="0.3", removed_in="0.4")
+def load_expert(env: Environment) -> Any:
+    """Return the expert of the environment's task, whose ``act`` takes only ``episode_start``, or None."""
+    policy = TaskExpert()
+    try:
+        policy.bind(env)
+    except RunError:
+        return None
+    if policy._takes_observation:
+        policy.expert.act = partial(policy.expert.act, None)
+    return policy.expert
 
 
 class RandomPolicy(Policy):
@@ -125,9 +146,9 @@ class RandomPolicy(Policy):
         self._seed = seed
 
     def bind(self, env: Environment) -> None:
-        """Copy the action space, so that the environment's own random numbers are not used."""
-        space = getattr(env, "single_action_space", env.action_space)
-        self._space = gym.vector.utils.batch_space(deepcopy(space), getattr(env, "num_envs", 1))
+        """Copy the action space, because its own random numbers belong to the environment."""
+        space = deepcopy(getattr(env, "single_action_space", env.action_space))
+        self._space = gym.vector.utils.batch_space(space, getattr(env, "num_envs", 1))
         self._space.seed(self._seed)
 
     def act(self, observation: Observation, episode_start: Mask) -> Action:

@@ -140,9 +140,7 @@ def frobs_extensions() -> Sequence[Record]:  # type: ignore[empty-body]
                     SensorTypeRecord(name="anemometer", summary="velocity of the wind [m/s]",
                                      entry_point="acme.wind:Anemometer", install_hint="pip install acme-wind"),
                     ParameterRecord(name="wind_speed", summary="speed of the wind [m/s]", ability="wind",
-                                    install_hint="pip install acme-wind"),
-                    PolicyRecord(name="glide", summary="lets the wind push",
-                                 entry_point="acme.wind:Glide", install_hint="pip install acme-wind")]
+                                    install_hint="pip install acme-wind")]
 
     Do not import implementations in this hook: they are imported when an environment uses them.
     """

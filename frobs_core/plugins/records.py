@@ -270,12 +270,9 @@ class ModelFormatRecord(Record):
 class PolicyRecord(Record):
     """Record of a policy. ``entry_point`` names a subclass of :class:`frobs_core.contracts.Policy`.
 
-    :func:`frobs_core.load_policy` calls the class with the options that the user gives.
-
     Attributes:
-        suffixes: Endings of the paths that the policy opens, such as ``".frobs"``, ``"/"`` for folders, or ``""`` for
-            all paths that no other policy opens; the longest matching ending counts. The path is the first argument of
-            the class. A policy without suffixes is opened by its name.
+        suffixes: Endings of the paths that the policy opens: ``".frobs"``, ``"/"`` for folders, or ``""`` for all paths
+            that no other policy opens. The path is the first argument of the class. By default, the policy has a name.
     """
 
     kind: ClassVar[str] = "policy"
@@ -296,3 +293,15 @@ EXTENSIONS: Mapping[str, type[Record]] = {
 
 RECORDS: Mapping[str, type[Record]] = {**KINDS, **EXTENSIONS}
 """All kinds of records that the core defines. Other distributions may define further kinds of extensions."""
+
+RECORDS_OF_CORE: Mapping[str, tuple[Record, ...]] = {
+    "policy": (
+        PolicyRecord(
+            name="expert",
+            summary="the scripted expert of the environment's task",
+            entry_point="frobs_core.kernel.policies:TaskExpert",
+        ),
+        PolicyRecord(name="random", summary="random actions", entry_point="frobs_core.kernel.policies:RandomPolicy"),
+    )
+}
+"""Records of the core itself, by kind."""

@@ -8,6 +8,7 @@ import re
 import sys
 import textwrap
 from collections.abc import Callable
+from importlib import import_module
 from types import SimpleNamespace
 
 import gymnasium as gym
@@ -21,9 +22,9 @@ from frobs_core import contracts as interfaces
 from frobs_core import models, plugins
 from frobs_core.plugins import capabilities, loading, registry
 from frobs_core.plugins import hooks as hookspecs
-from frobs_core.plugins import records as specs
 from frobs_devkit.testing import plugin as plugin_checks
 
+specs = import_module("frobs_core.plugins.records")  # the package has a function of this name
 HOOKS = [
     value
     for name, value in vars(hookspecs).items()

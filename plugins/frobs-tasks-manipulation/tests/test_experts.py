@@ -105,6 +105,14 @@ def test_an_expert_acts_alike_alone_and_among_others() -> None:
             alone.step(one[0])
 
 
+@pytest.mark.parametrize("task", ["Push", "Slide", "PegInsertion"])
+def test_an_expert_acts_in_a_wrapped_environment(task: str) -> None:
+    with closing(gym.make(f"frobs_core:frobs/Panda{task}-v0")) as env:
+        expert = load_policy("expert", env)
+        env.reset(seed=0)
+        assert expert.act(np.zeros((1, 0)), np.ones(1, bool)).shape == (1, *env.action_space.shape)  # type: ignore[misc]
+
+
 def test_an_expert_reports_its_phase() -> None:
     with made(LIFT, num_envs=2) as env:
         expert, phases = expert_of(env), []

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, closing, contextmanager, suppress
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from copy import deepcopy
-from dataclasses import dataclass, field
-from functools import cache
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
@@ -19,9 +18,7 @@ from gymnasium.vector import AutoresetMode
 from frobs_core import load_policy, plugins
 from frobs_core.contracts import Policy
 from frobs_core.kernel.policies import find_policy, is_path
-from frobs_core.plugins import registry
 from frobs_core.plugins.records import PolicyRecord
-from frobs_core.util.errors import FrobsError
 from frobs_devkit.testing.checks import Check, Inconclusive, NotApplicable, after, checks_of, collect, expect
 from frobs_devkit.testing.compare import batch_of_one, difference, expect_same, row
 from frobs_devkit.testing.environment.subject import EnvUnderTest, is_ours
@@ -31,16 +28,15 @@ _ENVS, _STEPS, _SEED = 3, 20, 5
 
 @dataclass(frozen=True)
 class PolicyUnderTest:
-    """A policy, and an environment in which it acts. Without an ID, the first one in which the policy can act is used."""
+    """A policy by name or path, and the environment in which it acts."""
 
     name: str | Path
-    environment: str = ""
-    kwargs: Mapping[str, Any] = field(default_factory=dict)
+    env: EnvUnderTest
 
     @property
     def record(self) -> PolicyRecord:
         """The policy's record."""
-        return find_policy(self.name) if is_path(self.name) else _named(str(self.name))
+        return find_policy(self.name) if is_path(self.name) else _named(self.name)
 
     @contextmanager
     def acting(self, num_envs: int = _ENVS) -> Iterator[tuple[Policy, Any, Any]]:
@@ -49,12 +45,11 @@ class PolicyUnderTest:
         Args:
             num_envs: Number of environments, or 0 for a single environment.
         """
-        subject = EnvUnderTest(self.environment or _first_environment(self.name), self.kwargs)
-        with ExitStack() as stack:
-            env: Any = subject.make_vec(num_envs, AutoresetMode.SAME_STEP) if num_envs else subject.make()
-            stack.callback(env.close)
-            policy = stack.enter_context(closing(load_policy(self.name, env)))
-            yield policy, env, env.reset(seed=_SEED)[0]
+        if not self.env.id:
+            raise Inconclusive("the policy needs an environment; name one: --set environment=ID")
+        made: Any = self.env.make_vec(num_envs, AutoresetMode.SAME_STEP) if num_envs else self.env.make()
+        with closing(made), closing(load_policy(self.name, made)) as policy:
+            yield policy, made, made.reset(seed=_SEED)[0]
 
 
 def record_loads(subject: PolicyUnderTest) -> None:
@@ -101,7 +96,7 @@ def actions_repeat_with_the_seed(subject: PolicyUnderTest) -> None:
     for _ in range(2):
         with subject.acting() as (policy, env, observation):
             runs.append([deepcopy(action) for action in _play(policy, env, observation)])
-    expect_same(*runs, "the actions of two policies in environments with the same seed")
+    expect_same(runs[0], runs[1], "the actions of two policies in environments with the same seed")
 
 
 @after("actions_repeat_with_the_seed")
@@ -134,35 +129,14 @@ def check_policy(policy: str | Path, environment: str = "", **kwargs: Any) -> li
 
     Args:
         policy: Name or path of the policy, see :func:`frobs_core.load_policy`.
-        environment: Gymnasium ID of the environment in which the policy acts. Defaults to the first registered ID in
-            which it can act.
+        environment: Gymnasium ID of the environment in which the policy acts. Without it, only the record is checked.
         **kwargs: Keyword arguments of the environment.
-
-    Raises:
-        UnknownNameError: There is no such policy.
     """
-    subject = PolicyUnderTest(policy, environment, kwargs)
-    assert subject.record
-    return collect(subject, CHECKS)
+    return collect(PolicyUnderTest(policy, EnvUnderTest(environment, kwargs)), CHECKS)
 
 
-def _named(name: str) -> PolicyRecord:
-    return cast("PolicyRecord", plugins.get_record("policy", name))
-
-
-@cache
-def _first_environment(name: str | Path) -> str:
-    """Return the first registered ID, of one per task, in which a policy can act.
-
-    Raises:
-        Inconclusive: The policy cannot act in any of them, or opens paths.
-    """
-    if not is_path(name) and _named(str(name)).suffixes:
-        raise Inconclusive("the policy opens paths; name one, as in check_policy('runs/first', ID)")
-    for id in sorted({task.name: id for id, (task, _) in registry.environments().items()}.values()):
-        with suppress(FrobsError), closing(EnvUnderTest(id).make()) as env, closing(load_policy(name, env)):
-            return id
-    raise Inconclusive("the policy cannot act in any registered environment; name one: --set environment=ID")
+def _named(name: str | Path) -> PolicyRecord:
+    return cast("PolicyRecord", plugins.get_record("policy", str(name)))
 
 
 def _play(policy: Policy, env: Any, observation: Any) -> Iterator[Any]:

@@ -28,8 +28,8 @@ class PushCube(ToolExpert[Any]):
 
     def bind(self, env: gym.Env[Any, Any] | gym.vector.VectorEnv[Any, Any, Any]) -> None:
         """Allocate the expert's memory."""
-        self._face = np.zeros(env.robot.num_envs, np.int64)  # push along the cube's x (0), y (1), −x (2) or −y (3) axis
         super().bind(env)
+        self._face = np.zeros(self.task.num_envs, np.int64)  # push along the cube's x (0), y (1), −x (2) or −y (3) axis
 
     def _begin(self, mask: Mask) -> None:
         self._face[mask] = self._best_face()[mask]

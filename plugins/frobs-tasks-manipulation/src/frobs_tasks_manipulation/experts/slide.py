@@ -43,10 +43,9 @@ class SlidePuck(ToolExpert[Any]):
 
     def bind(self, env: gym.Env[Any, Any] | gym.vector.VectorEnv[Any, Any, Any]) -> None:
         """Allocate the expert's memory."""
-        num_envs = env.robot.num_envs
-        self._velocity = np.zeros((num_envs, 3))  # [m/s] velocity of the tool during a push
-        self._asked = np.zeros(num_envs)  # commanded opening
         super().bind(env)
+        self._velocity = np.zeros((self.task.num_envs, 3))  # [m/s] velocity of the tool during a push
+        self._asked = np.zeros(self.task.num_envs)  # commanded opening
 
     def _begin(self, mask: Mask) -> None:
         self._asked[mask] = self.task.opening[mask]

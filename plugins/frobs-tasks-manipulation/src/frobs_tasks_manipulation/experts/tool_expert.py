@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, cast
 
 import gymnasium as gym
 import numpy as np
 
 from frobs_core.contracts import Controller, Expert
 from frobs_core.description import Observation
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import ConfigurationError
 from frobs_tasks_manipulation.manipulation import Manipulation, gripper_of
@@ -43,8 +45,8 @@ class ToolExpert(Expert, Generic[TaskT]):
         Raises:
             ConfigurationError: The environment has several robots, or the arm's controller does not move the tool.
         """
-        bare: Any = env.unwrapped  # a RobotEnv or RobotVectorEnv, because its task names this expert
-        self.task: TaskT = bare.task
+        bare = cast("RobotEnv | RobotVectorEnv", env.unwrapped)  # because its task names this expert
+        self.task: TaskT = bare.task  # type: ignore[assignment] # only tasks of this type name this expert
         self._control_timestep = bare.control_timestep
         robot = bare.robot
         tool = gripper_of(robot)

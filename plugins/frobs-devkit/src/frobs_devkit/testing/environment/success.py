@@ -209,15 +209,13 @@ def _expert_actions(env: _Seeing) -> Iterator[Any]:
 class _Seeing(gym.Wrapper[Any, Any, Any, Any]):
     """Keeps the latest observation as a batch of one, because others step the environment while an expert acts."""
 
-    observation: Any
+    def reset(self, **keywords: Any) -> Any:
+        return self._seen(super().reset(**keywords))
 
-    def reset(self, **keywords: Any) -> tuple[Any, dict[str, Any]]:
-        result = super().reset(**keywords)
-        self.observation = batch_of_one(result[0])
-        return result
+    def step(self, action: Any) -> Any:
+        return self._seen(super().step(action))
 
-    def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-        result = super().step(action)
+    def _seen(self, result: Any) -> Any:
         self.observation = batch_of_one(result[0])
         return result
 
