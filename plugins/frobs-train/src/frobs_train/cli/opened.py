@@ -100,19 +100,7 @@ def open_run(
     settings: Sequence[str] | None = None,
     trust: bool = False,
 ) -> Run:
-    """Open a run or a bundle, or a policy in an environment. For the errors, see :func:`frobs_train.open_policy`.
-
-    Args:
-        run: Run folder or bundle. With ``policy`` or ``model``: the environment ID.
-        policy: Name or path of the policy.
-        model: File of the option ``--model``.
-        algorithm: Algorithm of a model file.
-        settings: Settings of the environment, for a policy without settings of its own.
-        trust: Whether the author of the file is trusted.
-
-    Raises:
-        CommandLineError: An option does not apply to this policy.
-    """
+    """Open what the arguments of a command name. For arguments and errors, see :func:`frobs_train.open_policy`."""
     from frobs_core.plugins.registry import bare_id, environments
     from frobs_train import ModelFile, open_policy
 

@@ -61,23 +61,11 @@ def is_model_file(path: Path) -> bool:
 def load_model_file(
     file: Path, observation_space: gym.Space[Any], action_space: gym.Space[Any], algorithm: str | None, trust: bool
 ) -> tuple[Algorithm, int]:
-    """Load a model for an environment.
-
-    Args:
-        file: The model file.
-        observation_space: Observation space of a single environment.
-        action_space: Action space of a single environment.
-        algorithm: See :class:`ModelFile`.
-        trust: See :class:`ModelFile`.
+    """Load a model for the spaces of a single environment. For ``algorithm`` and ``trust``, see :class:`ModelFile`.
 
     Returns:
         An object with the spaces and the ``predict`` method of an algorithm, and the number of environment steps for
         which it was trained.
-
-    Raises:
-        CheckpointError: The file is missing or damaged.
-        UntrustedFileError: Opening the file would execute code from the file, and ``trust`` is False.
-        RunError: The environment's spaces differ from the spaces used in training.
     """
     module, _, function = _opener(file, algorithm).partition(":")
     opener: Callable[..., tuple[Algorithm, int]] = getattr(import_module(module), function)

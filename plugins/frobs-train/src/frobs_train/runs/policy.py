@@ -99,8 +99,10 @@ class TrainedPolicy(Policy):
             RunError: The environment's spaces differ from the spaces used in training, or the file cannot act as
                 requested by ``checkpoint`` or ``deterministic``.
         """
-        observation_space = getattr(env, "single_observation_space", env.observation_space)
-        action_space = getattr(env, "single_action_space", env.action_space)
+        spaces = (
+            getattr(env, "single_observation_space", env.observation_space),
+            getattr(env, "single_action_space", env.action_space),
+        )
         run = self.run(env.spec.id if env.spec is not None else type(env.unwrapped).__name__)
         if self._checkpoint != "newest" and (run is None or isinstance(run, BundleRun)):
             path, what = (self._path, "model file") if run is None else (run.path, "policy bundle")
@@ -110,14 +112,12 @@ class TrainedPolicy(Policy):
                 raise RunError(
                     "a policy bundle contains only the deterministic policy, so actions cannot be sampled from it."
                 )
-            self._policy, self.steps = run.policy(observation_space, action_space), run.steps
+            self._policy, self.steps = run.policy(*spaces), run.steps
             return
         if run is None:
-            algorithm, self.steps = load_model_file(
-                Path(str(self._path)), observation_space, action_space, self._algorithm, self._trust
-            )
+            algorithm, self.steps = load_model_file(Path(str(self._path)), *spaces, self._algorithm, self._trust)
         else:
-            algorithm, self.steps = load_algorithm(run, observation_space, action_space, self._checkpoint)
+            algorithm, self.steps = load_algorithm(run, *spaces, self._checkpoint)
         self._policy = AlgorithmPolicy(algorithm, self._deterministic)
 
     def act(self, observation: Observation, episode_start: Mask) -> Action:
@@ -158,12 +158,8 @@ def open_policy(
         The run or bundle, or a :class:`~frobs_train.runs.policy_run.PolicyRun` for other policies.
 
     Raises:
-        UnknownNameError: The policy or the ID does not exist.
-        RunError: The folder is not a run folder, or the ID has no trained policy.
+        FrobsError: The policy or the ID does not exist, was trained in another environment, or does not use a setting.
         BundleError: The file is not a bundle.
-        ModelMismatchError: The policy was trained in another environment.
-        ConfigurationError: A setting is invalid, or the policy does not use it.
-        UntrustedFileError: The bundle requires ``trust``.
     """
     if policy is None:
         return open_run_or_bundle(target, trust)
@@ -182,16 +178,9 @@ def open_policy(
 
 
 def acting_policy(run: Run, env: Any, checkpoint: str | int = "newest", deterministic: bool = True) -> Policy:
-    """Return the policy of a run, a bundle or a :class:`~frobs_train.runs.policy_run.PolicyRun`, ready to act.
+    """Return the policy of a run or of what :func:`open_policy` returns, ready to act in an environment.
 
-    Args:
-        run: The run.
-        env: A single or vector environment.
-        checkpoint: See :class:`TrainedPolicy`.
-        deterministic: See :class:`TrainedPolicy`.
-
-    Raises:
-        FrobsError: The policy cannot act in this environment.
+    For ``checkpoint``, ``deterministic`` and errors, see :class:`TrainedPolicy`.
     """
     options: dict[str, Any] = {} if checkpoint == "newest" else {"checkpoint": checkpoint}
     if not deterministic:
