@@ -16,7 +16,7 @@ from frobs_core.deprecation import FrobsDeprecationWarning
 from frobs_core.kernel.policies import find_policy, is_path, load_expert, make_policy
 from frobs_core.plugins import Plugins
 from frobs_core.plugins.records import PolicyRecord
-from frobs_core.util.errors import AmbiguousNameError, PluginError, RunError, UnknownNameError, UnknownParameterError
+from frobs_core.util.errors import PluginError, RunError, UnknownNameError, UnknownParameterError
 
 REACH = "frobs/Irb120Reach-v0"
 EXPERT = "frobs_tasks_reach.reach.Reach.expert"
@@ -177,5 +177,5 @@ def test_the_policy_with_the_longest_fitting_ending_opens_a_path(
     assert isinstance(policy, Opened)
     assert policy.path == Path("a.tape")
     offered["frobs-core:again"] = record("again", ".tape")
-    with pytest.raises(AmbiguousNameError, match="tapes"):
+    with pytest.raises(PluginError, match="opened by several policies: tapes, frobs-core:again"):
         find_policy("a.tape")

@@ -20,7 +20,7 @@ from frobs_core.deprecation import deprecated, warn_deprecated
 from frobs_core.description.observation_term import Observation
 from frobs_core.plugins.records import PolicyRecord
 from frobs_core.util.arrays import Action, Mask
-from frobs_core.util.errors import AmbiguousNameError, PluginError, RunError, UnknownParameterError
+from frobs_core.util.errors import PluginError, RunError, UnknownParameterError
 from frobs_core.util.keywords import constructor_parameters
 
 
@@ -74,48 +74,42 @@ def find_policy(name: str | Path) -> PolicyRecord:
         hint = plugins.install_command("policy", "trained")
         raise PluginError(f"no installed policy opens {text}; to open run folders, bundles and model files: {hint}.")
     if len(longest) > 1:
-        raise AmbiguousNameError("policy", text, longest)
+        raise PluginError(f"{text} is opened by several policies: {', '.join(longest)}; uninstall all but one.")
     return records[longest[0]]
 
 
 class TaskExpert(Policy):
-    """The scripted expert of the environment's task.
-
-    Attributes:
-        expert: The expert, after :meth:`bind`.
-    """
-
-    expert: Any
+    """The scripted expert of the environment's task."""
 
     def bind(self, env: Environment) -> None:
         """Create the expert. Experts of version 0.2 have ``__init__(env)`` and ``act(episode_start)``.
 
         Raises:
-            RunError: The environment's task has no expert.
-            ConfigurationError: The expert does not support the environment's controllers.
+            RunError: The task has no expert.
         """
         module, _, name = getattr(getattr(env.unwrapped, "task", None), "expert", "").partition(":")
         if not module:
             id = env.spec.id if env.spec is not None else type(env.unwrapped).__name__
             raise RunError(f"the task of {id} has no scripted expert; use another policy: frobs list policies.")
         cls = getattr(import_module(module), name)
-        self._takes_observation = len(inspect.signature(cls.act).parameters) > 2
-        if self._takes_observation:
+        self.takes_observation = len(inspect.signature(cls.act).parameters) > 2
+        if self.takes_observation:
             self.expert = cls()
             self.expert.bind(env)
-            return
-        new = "bind(env) and act(observation, episode_start)"
-        warn_deprecated(f"__init__(env) of the expert {cls.__qualname__}", instead=new, since="0.3", removed_in="0.4")
-        self.expert = cls(env.unwrapped)
+        else:
+            new = "bind(env) and act(observation, episode_start)"
+            warn_deprecated(f"__init__(env) of expert {cls.__qualname__}", instead=new, since="0.3", removed_in="0.4")
+            self.expert = cls(env.unwrapped)
 
     def act(self, observation: Observation, episode_start: Mask) -> Action:
         """Return the expert's actions."""
-        arguments = (observation, episode_start) if self._takes_observation else (episode_start,)
+        arguments = (observation, episode_start) if self.takes_observation else (episode_start,)
         return cast("Action", self.expert.act(*arguments))
 
     def info(self) -> Mapping[str, np.ndarray[Any, Any]]:
         """Return the expert's facts."""
-        return cast("Mapping[str, np.ndarray[Any, Any]]", self.expert.info())
+        facts: Mapping[str, np.ndarray[Any, Any]] = self.expert.info()
+        return facts
 
     def close(self) -> None:
         """Close the expert."""
@@ -130,7 +124,7 @@ def load_expert(env: Environment) -> Any:
         policy.bind(env)
     except RunError:
         return None
-    if policy._takes_observation:
+    if policy.takes_observation:
         policy.expert.act = partial(policy.expert.act, None)
     return policy.expert
 

@@ -294,14 +294,12 @@ EXTENSIONS: Mapping[str, type[Record]] = {
 RECORDS: Mapping[str, type[Record]] = {**KINDS, **EXTENSIONS}
 """All kinds of records that the core defines. Other distributions may define further kinds of extensions."""
 
+_EXPERT = "the scripted expert of the environment's task"
+_POLICIES = "frobs_core.kernel.policies"
 RECORDS_OF_CORE: Mapping[str, tuple[Record, ...]] = {
     "policy": (
-        PolicyRecord(
-            name="expert",
-            summary="the scripted expert of the environment's task",
-            entry_point="frobs_core.kernel.policies:TaskExpert",
-        ),
-        PolicyRecord(name="random", summary="random actions", entry_point="frobs_core.kernel.policies:RandomPolicy"),
+        PolicyRecord(name="expert", summary=_EXPERT, entry_point=f"{_POLICIES}:TaskExpert"),
+        PolicyRecord(name="random", summary="random actions", entry_point=f"{_POLICIES}:RandomPolicy"),
     )
 }
 """Records of the core itself, by kind."""
