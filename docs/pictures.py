@@ -15,7 +15,7 @@ from PIL import Image, ImageSequence
 
 from frobs_core.plugins import registry
 from frobs_core.util.errors import RunError
-from frobs_train import ExpertRun, Run, open_pretrained
+from frobs_train import open_policy
 from frobs_train.environments import make_env
 from frobs_train.evaluation.video import add_batch
 from frobs_train.runs.policy import acting_policy
@@ -40,7 +40,7 @@ SHOWN = ("frobs/Irb120ReachDynamic-v0", "frobs/PandaStack-v0", "frobs/KobukiMaze
 def draw(env_id: str) -> None:
     """Write the still of an ID, and its animation if a policy or an expert solves its task."""
     task, record = registry.environments()[env_id]
-    run: Run = open_pretrained(env_id) if record.pretrained else ExpertRun(env_id)
+    run = open_policy(env_id, "pretrained" if record.pretrained else "expert")
     keywords = {**run.config.keywords(), **PARTS.get(env_id, {}), "render_size": DRAWN}
     env = make_env(run.config.environment, keywords, render_mode="rgb_array", wrappers=run.config.wrappers)
     box = ARM if task.name.startswith("reach") else None
@@ -49,7 +49,7 @@ def draw(env_id: str) -> None:
         return Image.fromarray(frame).resize(SIZE, Image.Resampling.LANCZOS, box)
 
     try:
-        policy, _ = acting_policy(run, env)
+        policy = acting_policy(run, env)
     except RunError:  # without a policy and without an expert
         env.reset(seed=SEEDS)
         write([picture(env.render())], slug(env_id))
@@ -64,9 +64,9 @@ def successful_states(env: Any, policy: Any, options: dict[str, Any] | None = No
     states: list[np.ndarray] = []
     for seed in range(SEEDS):
         observation, _ = env.reset(seed=seed, options=options)
-        episode, memory, done = [env.render()], None, False
+        episode, done = [env.render()], False
         while not done:
-            action, memory = policy.predict(add_batch(observation), memory, np.array([len(episode) == 1]))
+            action = policy.act(add_batch(observation), np.array([len(episode) == 1]))
             observation, _, terminated, truncated, info = env.step(action[0])
             episode.append(env.render())
             done = terminated or truncated

@@ -7,12 +7,15 @@ plugins. For example, ``frobs doctor plugins`` sets ``FROBS_NO_PLUGINS`` and exa
 
 import os
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from frobs_core._version import __version__ as __version__
 from frobs_core.deprecation import keep_moved_modules
 
-__all__ = ["plugins", "registry"]
+if TYPE_CHECKING:
+    from frobs_core.kernel.policies import load_policy as load_policy
+
+__all__ = ["load_policy", "plugins", "registry"]
 
 keep_moved_modules()
 
@@ -24,7 +27,11 @@ if not os.environ.get("FROBS_NO_PLUGINS") and "_FROBS_COMPLETE" not in os.enviro
 
 
 def __getattr__(name: str) -> Any:
-    """Return a module of version 0.2."""
+    """Return ``load_policy``, whose module imports the contracts, or a module of version 0.2."""
+    if name == "load_policy":
+        from frobs_core.kernel.policies import load_policy
+
+        return load_policy
     try:
         return sys.modules[f"{__name__}.{name}"]
     except KeyError:

@@ -84,7 +84,12 @@ MOVED: Mapping[str, Sequence[str]] = {
     "frobs_core.hookspecs": ["frobs_core.plugins.hooks"],
     "frobs_core.inputs": ["frobs_core.kernel.inputs"],
     "frobs_core.install_hints": ["frobs_core.util.install_hints"],
-    "frobs_core.interfaces": ["frobs_core.contracts", "frobs_core.description", "frobs_models"],
+    "frobs_core.interfaces": [
+        "frobs_core.contracts",
+        "frobs_core.description",
+        "frobs_models",
+        "frobs_core.kernel.policies",
+    ],
     "frobs_core.keywords": ["frobs_core.util.keywords"],
     "frobs_core.models": ["frobs_models"],
     "frobs_core.observation": ["frobs_core.description", "frobs_core.sensing.observation"],

@@ -1,7 +1,7 @@
 """The page of the hooks and of the records that they return."""
 
 from frobs_core.plugins.hooks import __dict__ as hookspecs
-from frobs_core.plugins.records import RECORDS
+from frobs_core.plugins.records import KINDS, RECORDS
 from generate.rst import directive, heading, label, table
 
 
@@ -13,8 +13,12 @@ def names() -> list[str]:
 def page() -> str:
     """Return the page."""
     kinds = [
-        (f":func:`~frobs_core.plugins.hooks.{hook}`", kind, f":class:`~frobs_core.plugins.records.{record.__name__}`")
-        for hook, (kind, record) in zip(names(), RECORDS.items(), strict=True)
+        (
+            f":func:`~frobs_core.plugins.hooks.{f'frobs_{kind}s' if kind in KINDS else 'frobs_extensions'}`",
+            kind,
+            f":class:`~frobs_core.plugins.records.{record.__name__}`",
+        )
+        for kind, record in RECORDS.items()
     ]
     text = label("hooks") + heading("Hooks and records")
     text += (

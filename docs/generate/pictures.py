@@ -53,7 +53,7 @@ def _moments(env: gym.Env[Any, Any], run: BundleRun | None) -> list[np.ndarray]:
     if run is None:
         env.reset(seed=SEEDS[0])
         return [env.render()]
-    policy, _ = run.load_policy(env.observation_space, env.action_space)
+    policy = run.policy(env.observation_space, env.action_space)
     for seed in SEEDS:
         wanted, succeeded = _wanted(env, policy, seed)
         if succeeded:
@@ -84,7 +84,7 @@ def _wanted(env: gym.Env[Any, Any], policy: Any, seed: int) -> tuple[list[int], 
 
 
 def _action(policy: Any, observation: Any, start: bool) -> Any:
-    return policy.predict(add_batch(observation), None, np.array([start]))[0][0]
+    return policy.act(add_batch(observation), np.array([start]))[0]
 
 
 def draw_curve(curve: dict[str, list[float | None]], path: Path) -> bool:

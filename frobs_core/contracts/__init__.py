@@ -6,11 +6,11 @@ from frobs_core.contracts.body_handle import BodyHandle
 from frobs_core.contracts.contacts import ContactState
 from frobs_core.contracts.control import Control, RobotControl, joint_groups
 from frobs_core.contracts.controller import Controller, ControllerWrapper
-from frobs_core.contracts.expert import Expert, load_expert
 from frobs_core.contracts.joint_group import JointGroup, JointSubset
 from frobs_core.contracts.model_reader import ModelReader
 from frobs_core.contracts.pacing import Pacer
 from frobs_core.contracts.parameters import WrittenParameters
+from frobs_core.contracts.policy import Expert, Policy
 from frobs_core.contracts.robot_handle import RobotHandle, active_gains
 from frobs_core.contracts.simulation import BareEngine, Simulation
 from frobs_core.contracts.stateful import Snapshot, Stateful
@@ -34,6 +34,7 @@ __all__ = [
     "JointSubset",
     "ModelReader",
     "Pacer",
+    "Policy",
     "ResetOptions",
     "RobotControl",
     "RobotHandle",
@@ -47,5 +48,4 @@ __all__ = [
     "WrittenParameters",
     "active_gains",
     "joint_groups",
-    "load_expert",
 ]

@@ -19,7 +19,7 @@ from frobs_core._version import __version__
 from frobs_core.plugins.discovery import Candidate, find_candidates, match_disabled, normalize
 from frobs_core.plugins.known import install_command, known
 from frobs_core.plugins.loading import import_plugin, read_records
-from frobs_core.plugins.records import RECORDS, Record
+from frobs_core.plugins.records import RECORDS, RECORDS_OF_CORE, Record
 from frobs_core.plugins.report import PluginReport, environment_ids
 from frobs_core.plugins.requirements import core_versions, is_made_for
 from frobs_core.util.errors import (
@@ -163,7 +163,8 @@ class Plugins:
                 else:
                     reports.append(self._load_one(candidate, reports, watch))
         offers: dict[str, dict[str, dict[str, PluginReport]]] = {kind: {} for kind in RECORDS}
-        for report in reports:
+        own = Candidate("core", "frobs-core", __version__, "frobs_core.plugins.records")
+        for report in (PluginReport.of(own, "loaded", records=RECORDS_OF_CORE), *reports):
             for kind, records in report.records.items():
                 for record in records:
                     offers.setdefault(kind, {}).setdefault(record.name, {})[report.distribution] = report

@@ -266,15 +266,40 @@ class ModelFormatRecord(Record):
     content: str = "robot"
 
 
+@dataclass(frozen=True, kw_only=True)
+class PolicyRecord(Record):
+    """Record of a policy. ``entry_point`` names a subclass of :class:`frobs_core.contracts.Policy`.
+
+    Attributes:
+        suffixes: Endings of the paths that the policy opens: ``".frobs"``, ``"/"`` for folders, or ``""`` for all paths
+            that no other policy opens. The path is the first argument of the class. By default, the policy has a name.
+    """
+
+    kind: ClassVar[str] = "policy"
+
+    suffixes: tuple[str, ...] = ()
+
+
 KINDS: Mapping[str, type[Record]] = {
     record.kind: record for record in (SimulatorRecord, RobotRecord, ControllerRecord, TaskRecord, AlgorithmRecord)
 }
 """The five main kinds of records, in the order in which they are listed."""
 
 EXTENSIONS: Mapping[str, type[Record]] = {
-    record.kind: record for record in (AbilityRecord, SensorTypeRecord, ParameterRecord, ModelFormatRecord)
+    record.kind: record
+    for record in (AbilityRecord, SensorTypeRecord, ParameterRecord, ModelFormatRecord, PolicyRecord)
 }
-"""Additional kinds of records: abilities, sensor types, physical parameters and formats of model files."""
+"""Additional kinds of records: abilities, sensor types, physical parameters, formats of model files and policies."""
 
 RECORDS: Mapping[str, type[Record]] = {**KINDS, **EXTENSIONS}
 """All kinds of records that the core defines. Other distributions may define further kinds of extensions."""
+
+_EXPERT = "the scripted expert of the environment's task"
+_POLICIES = "frobs_core.kernel.policies"
+RECORDS_OF_CORE: Mapping[str, tuple[Record, ...]] = {
+    "policy": (
+        PolicyRecord(name="expert", summary=_EXPERT, entry_point=f"{_POLICIES}:TaskExpert"),
+        PolicyRecord(name="random", summary="random actions", entry_point=f"{_POLICIES}:RandomPolicy"),
+    )
+}
+"""Records of the core itself, by kind."""

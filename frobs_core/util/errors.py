@@ -87,6 +87,7 @@ def _short_hint(name: str, available: Sequence[str], more: str) -> str:
 
 _LISTS = {
     **{kind: f"frobs list {kind}s" for kind in ("simulator", "robot", "controller", "task", "algorithm")},
+    "policy": "frobs list policies",
     "environment ID": "frobs list envs",
     "record or environment ID": "frobs list",
     "command": "frobs --help",

@@ -9,7 +9,7 @@ import pytest
 
 from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_train import resolve_config, train
-from frobs_train.runs.policy import load_policy
+from frobs_train.runs.policy import load_algorithm
 
 SETTINGS = """
 environment: frobs/Env-v0
@@ -44,7 +44,7 @@ def test_both_arms_learn_to_reach(tmp_path: Path) -> None:
     file.write_text(SETTINGS, encoding="utf-8")
     run = train(resolve_config(file=file), tmp_path / "run")
     env = RobotVectorEnv(300, **run.config.environment_kwargs, autoreset_mode="Disabled")
-    policy, _ = load_policy(run, env.single_observation_space, env.single_action_space)
+    policy, _ = load_algorithm(run, env.single_observation_space, env.single_action_space)
     observation, _ = env.reset(seed=1)
     for _ in range(100):
         action, _ = policy.predict(observation, None, np.zeros(300, bool), True)

@@ -13,7 +13,7 @@ import pytest
 from frobs_train import resolve_config, train
 from frobs_train.environments import make_vector_env
 from frobs_train.export.export import export
-from frobs_train.runs.policy import load_policy
+from frobs_train.runs.policy import load_algorithm
 
 ACT = """
 import sys
@@ -44,7 +44,7 @@ def test_an_exported_policy_acts_alike(name: str, tmp_path: Path) -> None:
     np.save(tmp_path / "observations.npy", observations)
     files = [exported.path, tmp_path / "observations.npy", tmp_path / "actions.npy"]
     subprocess.run([sys.executable, "-c", ACT, *map(str, files)], check=True)
-    policy, _ = load_policy(run, env.single_observation_space, env.single_action_space)
+    policy, _ = load_algorithm(run, env.single_observation_space, env.single_action_space)
     expected, _ = policy.predict(observations)
     np.testing.assert_allclose(np.load(tmp_path / "actions.npy"), expected, rtol=0.0, atol=1e-5)
 

@@ -10,7 +10,8 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.contracts import Expert, load_expert
+from frobs_core import load_policy
+from frobs_core.contracts import Expert
 from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.testing import CheckFailure, check_env
@@ -41,7 +42,7 @@ def made(id: str, **keywords: Any) -> Iterator[RobotVectorEnv]:
 
 
 def expert_of(env: RobotVectorEnv) -> Any:
-    return load_expert(env)
+    return load_policy("expert", env)
 
 
 def success_rate(env: RobotVectorEnv) -> float:
@@ -51,7 +52,7 @@ def success_rate(env: RobotVectorEnv) -> float:
     start = np.ones(env.num_envs, bool)
     ended = False
     while not ended:
-        *_, truncated, info = env.step(expert.act(start))
+        *_, truncated, info = env.step(expert.act(None, start))
         start = np.zeros(env.num_envs, bool)
         ended = bool(truncated.all())
     return float(info["final_info"]["is_success"].mean())
@@ -86,7 +87,7 @@ def test_a_pushed_cube_is_not_kicked_away() -> None:
         expert, fastest = expert_of(env), 0.0
         env.reset(seed=0)
         for step in range(60):
-            env.step(expert.act(np.full(20, step == 0)))
+            env.step(expert.act(None, np.full(20, step == 0)))
             fastest = max(fastest, env.task.speed.max())  # type: ignore[attr-defined]
         assert 0.2 < fastest < 0.6  # the tool moves at 0.25 m/s
 
@@ -97,11 +98,30 @@ def test_an_expert_acts_alike_alone_and_among_others() -> None:
         env.reset(seed=5)
         alone.reset(seed=7)
         for step in range(40):
-            action = expert.act(np.full(3, step == 0))
-            one = single.act(np.array([step == 0]))
+            action = expert.act(None, np.full(3, step == 0))
+            one = single.act(None, np.array([step == 0]))
             assert np.array_equal(one[0], action[2])
             env.step(action)
             alone.step(one[0])
+
+
+@pytest.mark.parametrize("task", ["Push", "Slide", "PegInsertion"])
+def test_an_expert_acts_in_a_wrapped_environment(task: str) -> None:
+    with closing(gym.make(f"frobs_core:frobs/Panda{task}-v0")) as env:
+        expert = load_policy("expert", env)
+        env.reset(seed=0)
+        assert expert.act(np.zeros((1, 0)), np.ones(1, bool)).shape == (1, *env.action_space.shape)  # type: ignore[misc]
+
+
+def test_an_expert_reports_its_phase() -> None:
+    with made(LIFT, num_envs=2) as env:
+        expert, phases = expert_of(env), []
+        env.reset(seed=0)
+        for step in range(60):
+            env.step(expert.act(None, np.full(2, step == 0)))
+            phases.append(expert.info()["phase"].tolist())
+    assert phases[0] == [0, 0]
+    assert min(phases[-1]) >= 2  # closes the gripper, or carries the cube
 
 
 def test_an_expert_needs_a_controller_that_moves_the_tool() -> None:
@@ -123,10 +143,10 @@ def test_an_expert_knows_every_kind_of_gripper_controller() -> None:
 class Lazy(Expert):
     """Does nothing."""
 
-    def __init__(self, env: Any) -> None:
+    def bind(self, env: Any) -> None:
         self._shape = env.action_space.shape
 
-    def act(self, episode_start: Any) -> Any:
+    def act(self, observation: Any, episode_start: Any) -> Any:
         return np.zeros((len(episode_start), self._shape[-1]))
 
 

@@ -23,7 +23,7 @@ from frobs_train.environments import make_env, make_vector_env
 from frobs_train.export.bundle_run import open_run_or_bundle
 from frobs_train.export.export import Export, difference, export
 from frobs_train.export.export_facts import environment_facts
-from frobs_train.runs.policy import load_policy
+from frobs_train.runs.policy import load_algorithm
 
 REACH = "frobs/Irb120Reach-v0"
 
@@ -104,7 +104,7 @@ def test_the_bundle_acts_as_the_trainers_policy_in_the_environment(reach: Run, e
         joint_names=base.robot.joint_names,
         control_timestep=base.control_timestep,
     )
-    trained, _ = load_policy(reach, env.observation_space, env.action_space)
+    trained, _ = load_algorithm(reach, env.observation_space, env.action_space)
     observation, _ = env.reset(seed=5)
     for _ in range(20):
         action = policy.act(observation)

@@ -14,7 +14,7 @@ from frobs_train.environments import make_vector_env
 from frobs_train.export.bundle_run import changes_since, open_run_or_bundle
 from frobs_train.export.export import export
 from frobs_train.export.export_facts import environment_facts
-from frobs_train.runs.policy import load_policy
+from frobs_train.runs.policy import load_algorithm
 
 REACH = "frobs/Irb120Reach-v0"
 KEYWORDS: dict[str, Any] = {
@@ -74,7 +74,7 @@ def test_a_policy_that_sees_acts_alone_as_it_does_where_it_was_trained(tmp_path:
     assert list(policy.manifest.images) == ["eye"]
 
     env = make_vector_env(REACH, ENVS, config.environment_kwargs)
-    trained, _ = load_policy(run, env.single_observation_space, env.single_action_space)
+    trained, _ = load_algorithm(run, env.single_observation_space, env.single_action_space)
     observation, _ = env.reset(seed=7)
     actions, blind = [], []
     for _ in range(STEPS):

@@ -98,7 +98,7 @@ def test_a_policy_whose_spaces_are_no_longer_those_of_the_id_is_refused() -> Non
     env = make_env(REACH, {})
     dynamic = make_env(DYNAMIC, {})
     with pytest.raises(BundleMismatchError, match="observation space differs"):
-        run.load_policy(dynamic.observation_space, env.action_space)
+        run.policy(dynamic.observation_space, env.action_space)
     env.close()
     dynamic.close()
 

@@ -17,7 +17,13 @@ from frobs_core.util.errors import PluginError, UnknownNameError
 
 ENVIRONMENT = "environment"
 
-EXTENSIONS = {"capability": "ability", "sensor_type": "sensor_type", "parameter": "parameter", "command": ""}
+EXTENSIONS = {
+    "capability": "ability",
+    "sensor_type": "sensor_type",
+    "parameter": "parameter",
+    "policy": "policy",
+    "command": "",
+}
 """Kinds of additions to the contracts and to the program, with the kind of their records."""
 
 _WORDS = {"env": ENVIRONMENT, "envs": ENVIRONMENT, "environments": ENVIRONMENT, ENVIRONMENT: ENVIRONMENT}

@@ -21,6 +21,16 @@ def complete_id(incomplete: str) -> list[str]:
     return sorted(id for id in ids if id.startswith(incomplete))
 
 
+def complete_policy(incomplete: str) -> list[str]:
+    """Return the names of policies that begin with the given text. Policies that open paths have no such name."""
+    from typing import Any
+
+    from frobs_core import plugins
+
+    records: Any = plugins.records("policy")
+    return [name for name, record in records.items() if name.startswith(incomplete) and not record.suffixes]
+
+
 def complete_kind(incomplete: str) -> list[str]:
     """Return the plural names of the record kinds, and ``envs``, that begin with the given text."""
     from frobs_cli.catalogue import EXTENSIONS, plural

@@ -1,4 +1,4 @@
-"""Collects the facts that ``frobs show`` prints about a capability, sensor type, physical parameter or command."""
+"""Collects the facts that ``frobs show`` prints about a capability, sensor type, physical parameter, policy or command."""
 
 from __future__ import annotations
 
@@ -11,7 +11,14 @@ from frobs_cli.parameters import parameters
 from frobs_core import plugins
 from frobs_core.description import Sensor
 from frobs_core.plugins.capabilities import abilities
-from frobs_core.plugins.records import AbilityRecord, ControllerRecord, ParameterRecord, SimulatorRecord, TaskRecord
+from frobs_core.plugins.records import (
+    AbilityRecord,
+    ControllerRecord,
+    ParameterRecord,
+    PolicyRecord,
+    SimulatorRecord,
+    TaskRecord,
+)
 from frobs_core.util.errors import PluginError
 
 
@@ -54,6 +61,16 @@ def _parameter(item: Listed) -> dict[str, Any]:
     return {"capability": capability, "error": known, "simulators": _simulators_with(capability)}
 
 
+def _policy(item: Listed) -> dict[str, Any]:
+    suffixes = cast("PolicyRecord", item.record).suffixes
+    names = {"/": "folders", "": "all other paths"}
+    facts: dict[str, Any] = {"opens": [names.get(suffix, suffix) for suffix in suffixes]} if suffixes else {}
+    try:
+        return facts | {"parameters": parameters(item.record.load())}
+    except PluginError as error:
+        return facts | {"error": str(error)}
+
+
 def _command(item: Listed) -> dict[str, Any]:
     command = installed_commands()[0][item.name]
     return {"heading": command.heading, "usage": f"frobs {item.name} --help"}
@@ -71,5 +88,6 @@ _DESCRIBERS: Mapping[str, Callable[[Listed], dict[str, Any]]] = {
     "capability": _capability,
     "sensor_type": _sensor_type,
     "parameter": _parameter,
+    "policy": _policy,
     "command": _command,
 }

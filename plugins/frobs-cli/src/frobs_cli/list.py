@@ -23,7 +23,7 @@ def list_(
             metavar="[KIND]",
             show_default="all kinds",
             help="Kind to list: simulators, robots, controllers, tasks, algorithms, envs, capabilities, sensor_types, "
-            "parameters or commands.",
+            "parameters, policies or commands.",
             autocompletion=complete_kind,
         ),
     ] = None,
@@ -32,7 +32,7 @@ def list_(
     """List what is installed: parts, environment IDs, extensions of plugins, and commands.
 
     Parts are simulators, robots, controllers, tasks and algorithms. Extensions are capabilities of simulators, sensor
-    types and physical parameters that can be randomized.
+    types, physical parameters that can be randomized, and policies.
 
     If a simulator's engine is not installed, the list shows how to install the engine.
 

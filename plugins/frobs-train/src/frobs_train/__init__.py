@@ -58,8 +58,10 @@ if TYPE_CHECKING:
     from frobs_train.runners.seeds import train_seeds as train_seeds
     from frobs_train.runs.checkpoints import Checkpoint as Checkpoint
     from frobs_train.runs.existing import ON_EXISTING as ON_EXISTING
-    from frobs_train.runs.expert_run import ExpertRun as ExpertRun
     from frobs_train.runs.model_file import ModelFile as ModelFile
+    from frobs_train.runs.policy import open_policy as open_policy
+    from frobs_train.runs.policy_run import ExpertRun as ExpertRun
+    from frobs_train.runs.policy_run import PolicyRun as PolicyRun
     from frobs_train.runs.run import Run as Run
     from frobs_train.runs.run import default_run_dir as default_run_dir
     from frobs_train.runs.versions import versions as versions
@@ -87,7 +89,7 @@ _MODULES = {
     "EnvironmentRecipe": "frobs_train.environments",
     "EpisodeRecorder": "frobs_train.logs.recorder",
     "Evaluation": "frobs_train.evaluation.evaluate",
-    "ExpertRun": "frobs_train.runs.expert_run",
+    "ExpertRun": "frobs_train.runs.policy_run",
     "FinishedEpisodes": "frobs_train.logs.recorder",
     "INK": "frobs_train.plots.figures",
     "Job": "frobs_train.runners.runner",
@@ -96,6 +98,7 @@ _MODULES = {
     "ON_EXISTING": "frobs_train.runs.existing",
     "OctantResult": "frobs_train.evaluation.playing",
     "Outcome": "frobs_train.runners.runner",
+    "PolicyRun": "frobs_train.runs.policy_run",
     "PreparedTraining": "frobs_train.training.prepare",
     "Progress": "frobs_train.training.monitor",
     "Report": "frobs_train.runners.runner",
@@ -124,6 +127,7 @@ _MODULES = {
     "make_figure": "frobs_train.plots.figures",
     "make_training_env": "frobs_train.training.session",
     "make_vector_env": "frobs_train.environments",
+    "open_policy": "frobs_train.runs.policy",
     "open_pretrained": "frobs_train.export.bundle_run",
     "plot_comparison": "frobs_train.plots.plot_comparison",
     "plot_runs": "frobs_train.plots.plot",

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from frobs_cli.completion import complete_id
+from frobs_cli.completion import complete_id, complete_policy
 from frobs_cli.model_options import PackagePath, XacroArgs, robot_keywords
 from frobs_cli.options import Controller, Json, Robot, Tcp
 from frobs_cli.output import console, only_json, print_json, print_line, print_note, print_table, print_title, working
-from frobs_core.util.errors import CommandLineError
+from frobs_core.util.errors import CommandLineError, ConflictingOptionsError
 from frobs_train.cli.runner_options import JobCpus, JobMemory, RayAddress, RunnerName, open_runner
 
 if TYPE_CHECKING:
@@ -40,16 +40,21 @@ def parity(
             help="Simulators to compare. The first simulator is the reference.",
         ),
     ] = None,
-    run: Annotated[
-        Path | None,
+    policy: Annotated[
+        str | None,
         typer.Option(
-            metavar="RUN",
+            metavar="NAME",
             show_default=False,
-            help="Run folder whose policy is also evaluated on each simulator. Requires a single ID.",
+            help="Policy that is also evaluated on each simulator: a name from 'frobs list policies', or the path of a "
+            "run folder, bundle or model file. Requires a single ID.",
+            autocompletion=complete_policy,
         ),
     ] = None,
+    run: Annotated[
+        Path | None, typer.Option(metavar="RUN", show_default=False, help="Short form of --policy for a run folder.")
+    ] = None,
     episodes: Annotated[
-        int, typer.Option(metavar="N", min=1, help="Number of episodes to evaluate the --run policy on each simulator.")
+        int, typer.Option(metavar="N", min=1, help="Number of episodes to evaluate the --policy on each simulator.")
     ] = 200,
     actions: Annotated[
         Path | None,
@@ -87,7 +92,7 @@ def parity(
 ) -> None:
     """Measure how closely simulators agree on an environment, and write a certificate.
 
-    The command compares kinematics, drives, gravity, contacts, lidar, rewards, and the success rate of a run's policy.
+    The command compares kinematics, drives, gravity, contacts, lidar, rewards, and the success rate of a policy.
     The certificate contains the error and the tolerance of each comparison, and a plot of each measurement. Exits with
     status 1 if an error exceeds its tolerance (✗). If a simulator does not support a measurement, the measurement is
     skipped (–) and the reason is shown.
@@ -97,7 +102,7 @@ def parity(
 
     Example:
         $ frobs parity frobs/Irb120Reach-v0 --simulators mujoco,pybullet
-        $ frobs parity frobs/Irb120Reach-v0 --run runs/first --out certificate
+        $ frobs parity frobs/Irb120Reach-v0 --policy runs/first --out certificate
         $ frobs parity frobs/Irb120Reach-v0 --only replay --actions actions.json --json
         $ frobs parity frobs/Reach-v0 --robot arm.urdf --tcp tool0 --package-path ~/ros/src
         $ frobs parity frobs/PandaPush-v0 frobs/PandaLift-v0 --runner ray
@@ -106,8 +111,10 @@ def parity(
 
     specs = {env_id: find_spec(env_id) for env_id in env_ids}
     from frobs_devkit.parity import measure_parity
-    from frobs_train import Run
+    from frobs_train import open_policy
 
+    if run is not None and policy is not None:
+        raise ConflictingOptionsError(["--policy", "--run"])
     chosen = open_runner(runner, ray_address, cpus, memory)
     names = {
         env_id: _split(simulators) or _installed(str(spec.kwargs.get("simulator", "mujoco")))
@@ -115,7 +122,7 @@ def parity(
     }
     keywords = robot_keywords(robot, tcp, args, package_path) | ({"controller": controller} if controller else {})
     if len(specs) > 1 or runner != "local":
-        for option, value in (("--run", run), ("--actions", actions)):
+        for option, value in (("--policy", policy), ("--run", run), ("--actions", actions)):
             if value is not None:
                 raise CommandLineError(option, "this option requires a single ID and cannot be combined with --runner.")
         from frobs_devkit.cli.parity_jobs import certification_job, certify_and_report
@@ -137,7 +144,7 @@ def parity(
         certificate = measure_parity(
             env_id,
             names[env_id],
-            run=Run.open(run) if run else None,
+            run=open_policy(env_id, run or policy) if run or policy else None,
             actions=actions,
             only=_split(only) or None,
             episodes=episodes,

@@ -89,7 +89,7 @@ def measure_parity(
     """
     given = {**(_keywords_of(run, environment) if run else {}), **(keywords or {})}
     file = read_actions(actions) if actions else None
-    if run:
+    if run and run.path.is_dir():
         run.newest_checkpoint()  # reports a damaged checkpoint before the measurements start
     subjects = make_subjects(environment, simulators, given)
     reference = subjects[0]

@@ -1,4 +1,4 @@
-"""Evaluates a run's policy on every simulator."""
+"""Evaluates a policy on every simulator."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from collections.abc import Sequence
 from frobs_core.plugins.records import Level
 from frobs_devkit.parity.result import Comparison, Measurement, Panel, judge, skip
 from frobs_devkit.parity.subject import Subject
-from frobs_train import Evaluation, Run, evaluate
+from frobs_train import Evaluation, PolicyRun, Run, evaluate
 
 EPISODES = 200
 _TOGETHER = 64  # number of environments stepped as one batch, if all simulators support batches
 
 
 def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> Measurement:
-    """Compare the success rates of a run's unmodified policy on all simulators, in the same episodes.
+    """Compare the success rates of an unmodified policy on all simulators, in the same episodes.
 
     All simulators step the same number of environments as one batch, so that the episodes have the same goals.
 
     Args:
         subjects: The simulators, starting with the reference.
-        run: The run. The results are also written to the run's ``evaluations/`` folder.
+        run: The run, or a policy opened by :func:`frobs_train.open_policy`. The results of a run are also written to the run's ``evaluations/`` folder.
         episodes: Number of episodes, at least 1.
 
     Raises:
@@ -51,9 +51,11 @@ def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> M
         for subject, result in zip(subjects, found, strict=True)
         if result.success_rate is not None and result.success_interval is not None
     }
+    name = f"unmodified policy of the run '{run.path.name}' after {first.steps:,} training steps"
+    if isinstance(run, PolicyRun):
+        name = f"policy '{run.policy}'"
     return Measurement(
-        summary=f"The unmodified policy of the run '{run.path.name}' after {first.steps:,} training steps is evaluated "
-        f"in {episodes} unseen episodes, which are the same on every simulator. The intervals are Wilson's 95 % "
+        summary=f"The {name} is evaluated in {episodes} unseen episodes, which are the same on every simulator. The intervals are Wilson's 95 % "
         "intervals.",
         comparisons=tuple(comparisons),
         facts={

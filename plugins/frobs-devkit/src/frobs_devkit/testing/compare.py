@@ -36,6 +36,13 @@ def row(value: Any, i: int) -> Any:
     return deepcopy(value[i])
 
 
+def batch_of_one(observation: Any) -> Any:
+    """Add a batch axis of size 1 to the observation of one environment."""
+    if isinstance(observation, Mapping):
+        return {key: batch_of_one(item) for key, item in observation.items()}
+    return np.asarray(observation)[None]
+
+
 def difference(expected: Any, actual: Any) -> str | None:
     """Return how ``actual`` differs from ``expected`` in bits, dtype or shape, or None if they are identical."""
     wanted, found = leaves(expected), leaves(actual)

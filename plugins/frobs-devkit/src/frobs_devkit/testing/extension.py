@@ -1,4 +1,4 @@
-"""Conformance checks for capabilities, sensor types, physical parameters and commands, of plugins or of FRobs."""
+"""Conformance checks for capabilities, sensor types, physical parameters, policies and commands, of plugins or of FRobs."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from frobs_core.plugins.records import AbilityRecord, ParameterRecord, Simulator
 from frobs_core.sensing.sensors import Instrument, instrument_of
 from frobs_core.util.errors import FrobsError, UnknownNameError, check_name
 from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, NotApplicable, after, collect, expect
+from frobs_devkit.testing.policy import check_policy
 from frobs_devkit.testing.robot.sensors import expect_sound
 from frobs_devkit.testing.simulator.robots import ROVER
 from frobs_devkit.testing.simulator.subject import TIMESTEP, SimulatorUnderTest
@@ -171,17 +172,19 @@ _CHECKS: Mapping[str, tuple[Callable[[ExtensionUnderTest], None], ...]] = {
     "capability": (name_is_free, summary_is_one_line, simulators_implement_it),
     "sensor_type": (name_is_free, summary_is_one_line, sensor_type_loads, readings_are_in_range),
     "parameter": (name_is_free, summary_is_one_line, capability_exists, values_are_kept),
+    "policy": (name_is_free, summary_is_one_line),
     "command": (summary_is_one_line, help_is_complete),
 }
 
 
 def check_extension(kind: str, name: str, settings: Mapping[str, Any] | None = None) -> list[Check]:
-    """Return the conformance checks for a capability, sensor type, physical parameter or command.
+    """Return the conformance checks for a capability, sensor type, physical parameter, policy or command.
 
     Args:
-        kind: ``"capability"``, ``"sensor_type"``, ``"parameter"`` or ``"command"``.
+        kind: ``"capability"``, ``"sensor_type"``, ``"parameter"``, ``"policy"`` or ``"command"``.
         name: Name of the extension.
-        settings: For a sensor type, fields of the sensor to check, such as its required fields.
+        settings: For a sensor type, fields of the sensor to check, such as its required fields. For a policy,
+            ``environment`` and ``environment_kwargs``, see :func:`check_policy`.
 
     Raises:
         UnknownNameError: There is no such kind, or no such extension.
@@ -190,7 +193,11 @@ def check_extension(kind: str, name: str, settings: Mapping[str, Any] | None = N
     found = {item.name: item for item in listed(kind)}
     if name not in found:
         raise UnknownNameError(kind.replace("_", " "), name, found, plugins.active().failures())
-    return collect(ExtensionUnderTest(kind, found[name], settings or {}), _CHECKS[kind])
+    settings = settings or {}
+    checks = collect(ExtensionUnderTest(kind, found[name], settings), _CHECKS[kind])
+    if kind == "policy":
+        checks += check_policy(name, settings.get("environment", ""), **settings.get("environment_kwargs", {}))
+    return checks
 
 
 def _expect_capability(name: str, what: str) -> None:

@@ -34,7 +34,7 @@ class Subject:
     """An object to check, as returned by :func:`find_subject`.
 
     Attributes:
-        kind: ``"environment"``, a record kind, ``"capability"``, ``"sensor_type"``, ``"parameter"``, ``"command"``,
+        kind: ``"environment"``, a record kind, ``"capability"``, ``"sensor_type"``, ``"parameter"``, ``"policy"``, ``"command"``,
             ``"plugin"`` or ``"distribution"``.
         name: Full name, such as ``"irb120"`` or ``"frobs/Irb120Reach-v0"``.
     """
@@ -77,11 +77,11 @@ class Subject:
         Raises:
             ConfigurationError: Objects of this kind do not support ``settings`` or ``steps``.
         """
-        if settings and self.kind not in ("environment", "task", "controller", "algorithm", "sensor_type"):
+        if settings and self.kind not in ("environment", "task", "controller", "algorithm", "sensor_type", "policy"):
             raise CommandLineError(
                 "--set",
                 f"checks of a {self.kind} have no settings; use --set only with an environment ID, task, controller, "
-                "algorithm or sensor type.",
+                "algorithm, sensor type or policy.",
             )
         if steps is not None and self.kind not in ("algorithm", "plugin", "distribution"):
             raise CommandLineError(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from frobs_core import __version__, plugins
-from frobs_core.contracts import Algorithm, Controller, Simulation, Task
+from frobs_core.contracts import Algorithm, Controller, ModelReader, Policy, Simulation, Task
 from frobs_core.description import Robot, Sensor
 from frobs_core.plugins import Candidate, PluginReport, core_versions, is_made_for, registry
 from frobs_core.plugins.records import AlgorithmRecord, Record, TaskRecord
@@ -20,6 +20,8 @@ from frobs_models import resolve_path
 
 _BASES: dict[str, type] = {
     "sensor_type": Sensor,
+    "model_format": ModelReader,
+    "policy": Policy,
     "simulator": Simulation,
     "controller": Controller,
     "task": Task,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import signal
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -19,12 +19,14 @@ def run(
         typer.Argument(
             metavar="BUNDLE",
             show_default=False,
-            help="Bundle that 'frobs export' wrote. With --pretrained: a Gymnasium environment ID.",
+            help="Bundle that 'frobs export' wrote. With --policy pretrained: a Gymnasium environment ID.",
         ),
     ],
-    pretrained: Annotated[
-        bool, typer.Option("--pretrained", help="Use the trained policy that comes with the environment ID.")
-    ] = False,
+    policy: Annotated[
+        Literal["pretrained"] | None,
+        typer.Option(show_default=False, help="Use the trained policy that comes with the environment ID."),
+    ] = None,
+    pretrained: Annotated[bool, typer.Option("--pretrained", help="Short form of --policy pretrained.")] = False,
     robot: Annotated[
         Path | None,
         typer.Option(
@@ -82,7 +84,7 @@ def run(
 
     Example:
         $ frobs ros run reach.frobs --controller arm_controller --goal 0.3 0.1 0.5
-        $ frobs ros run frobs/KobukiMaze-v0 --pretrained --speed 0.5
+        $ frobs ros run frobs/KobukiMaze-v0 --policy pretrained --speed 0.5
     """
     import numpy as np
 
@@ -96,12 +98,12 @@ def run(
     from frobs_ros.ros_robot import RosRobot, Topics
     from frobs_ros.visualization import Visualization
 
-    opened = read_bundle(pretrained_path(bundle) if pretrained else bundle)
+    opened = read_bundle(pretrained_path(bundle) if pretrained or policy else bundle)
     if robot is None:
-        policy = Policy(opened)
+        acting = Policy(opened)
     else:
         model = load_model(robot, xacro_args=read_manifest(opened).xacro_args)
-        policy = Policy(opened, robot=fingerprint(model), joint_names=model.joint_names)
+        acting = Policy(opened, robot=fingerprint(model), joint_names=model.joint_names)
     mirror = Mirror(opened, simulator, speed)
     with contextlib.closing(mirror), only_json(json):
         use_ros()
@@ -115,7 +117,7 @@ def run(
             report: Report = act(
                 live,
                 mirror,
-                policy,
+                acting,
                 goal=None if goal is None else np.array(goal),
                 timeout=timeout,
                 seconds=seconds,
@@ -124,6 +126,6 @@ def run(
         finally:
             rospy.signal_shutdown("the policy ended")
     if json:
-        print_json({**vars(report), "latency": str(policy.latency)})
+        print_json({**vars(report), "latency": str(acting.latency)})
     else:
-        print_line(f"{report.steps:,} commands, {report.late} of them late; time per action: {policy.latency}")
+        print_line(f"{report.steps:,} commands, {report.late} of them late; time per action: {acting.latency}")

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 
-from frobs_core.kernel.env import RobotEnv
-from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.util.arrays import Floats, Mask
 from frobs_tasks_manipulation.experts.grasp import ABOVE, CARRY, CLOSE, GraspCube
 from frobs_tasks_manipulation.manipulation import UP
@@ -35,8 +34,9 @@ class InsertPeg(GraspCube[Any]):
 
     task: PegInsertion
 
-    def __init__(self, env: RobotEnv | RobotVectorEnv) -> None:
-        super().__init__(env)
+    def bind(self, env: gym.Env[Any, Any] | gym.vector.VectorEnv[Any, Any, Any]) -> None:
+        """Allocate the expert's memory."""
+        super().bind(env)
         self._correction = np.zeros((self.task.num_envs, 3))  # [m]
         self._closing = np.zeros((self.task.num_envs, 3))  # [m] position of the peg when the fingers began to close
         self._still = np.zeros(self.task.num_envs, np.int64)  # number of control steps since the fingers last moved

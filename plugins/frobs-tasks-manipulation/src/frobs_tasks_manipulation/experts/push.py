@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 
-from frobs_core.kernel.env import RobotEnv
-from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.rotations import matrix_from_quat
 from frobs_tasks_manipulation.cube_task import CubeTask
@@ -27,9 +26,10 @@ class PushCube(ToolExpert[Any]):
 
     task: CubeTask
 
-    def __init__(self, env: RobotEnv | RobotVectorEnv) -> None:
-        self._face = np.zeros(env.robot.num_envs, np.int64)  # push along the cube's x (0), y (1), −x (2) or −y (3) axis
-        super().__init__(env)
+    def bind(self, env: gym.Env[Any, Any] | gym.vector.VectorEnv[Any, Any, Any]) -> None:
+        """Allocate the expert's memory."""
+        super().bind(env)
+        self._face = np.zeros(self.task.num_envs, np.int64)  # push along the cube's x (0), y (1), −x (2) or −y (3) axis
 
     def _begin(self, mask: Mask) -> None:
         self._face[mask] = self._best_face()[mask]

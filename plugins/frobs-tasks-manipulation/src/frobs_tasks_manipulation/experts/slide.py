@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 
-from frobs_core.kernel.env import RobotEnv
-from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.util.arrays import Floats, Mask
 from frobs_tasks_manipulation.experts.tool_expert import ToolExpert
 from frobs_tasks_manipulation.rewards import length
@@ -42,11 +41,11 @@ class SlidePuck(ToolExpert[Any]):
 
     task: Slide
 
-    def __init__(self, env: RobotEnv | RobotVectorEnv) -> None:
-        num_envs = env.robot.num_envs
-        self._velocity = np.zeros((num_envs, 3))  # [m/s] velocity of the tool during a push
-        self._asked = np.zeros(num_envs)  # commanded opening
-        super().__init__(env)
+    def bind(self, env: gym.Env[Any, Any] | gym.vector.VectorEnv[Any, Any, Any]) -> None:
+        """Allocate the expert's memory."""
+        super().bind(env)
+        self._velocity = np.zeros((self.task.num_envs, 3))  # [m/s] velocity of the tool during a push
+        self._asked = np.zeros(self.task.num_envs)  # commanded opening
 
     def _begin(self, mask: Mask) -> None:
         self._asked[mask] = self.task.opening[mask]

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Any, Generic, TypeVar
+from collections.abc import Mapping
+from typing import Any, Generic, TypeVar, cast
 
+import gymnasium as gym
 import numpy as np
 
 from frobs_core.contracts import Controller, Expert
+from frobs_core.description import Observation
 from frobs_core.kernel.env import RobotEnv
 from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.util.arrays import Floats, Mask
@@ -36,13 +39,19 @@ class ToolExpert(Expert, Generic[TaskT]):
         finger_speed: Absolute change in the gripper's opening in the last control step, (num_envs,).
     """
 
-    def __init__(self, env: RobotEnv | RobotVectorEnv) -> None:
-        self.task: TaskT = env.task  # type: ignore[assignment] # only tasks of this type name this expert
-        self._control_timestep = env.control_timestep
-        robot, tool = env.robot, self.task.gripper
+    def bind(self, env: gym.Env[Any, Any] | gym.vector.VectorEnv[Any, Any, Any]) -> None:
+        """Find the controllers of the arm and the gripper.
+
+        Raises:
+            ConfigurationError: The environment has several robots, or the arm's controller does not move the tool.
+        """
+        bare = cast("RobotEnv | RobotVectorEnv", env.unwrapped)  # because its task names this expert
+        self.task: TaskT = bare.task  # type: ignore[assignment] # only tasks of this type name this expert
+        self._control_timestep = bare.control_timestep
+        robot, tool = bare.robot, self.task.gripper
         arm = tool.arm or next(iter(robot.robot.groups))
-        controllers = env.control.controllers
-        if len(env.control.robots) != 1:
+        controllers = bare.control.controllers
+        if len(bare.control.robots) != 1:
             raise ConfigurationError("the expert can only move one robot, but this environment has several robots.")
         self._arm, self._gripper = controllers.get(f"{robot.name}/{arm}"), controllers.get(f"{robot.name}/{tool.group}")
         if tuple(getattr(self._arm, "axes", ())[:3]) != ("x", "y", "z"):
@@ -58,7 +67,7 @@ class ToolExpert(Expert, Generic[TaskT]):
         self.finger_speed = np.zeros(num_envs)
         self._opening = np.zeros(num_envs)
 
-    def act(self, episode_start: Mask) -> Floats:
+    def act(self, observation: Observation, episode_start: Mask) -> Floats:
         """Return actions for the current state, (num_envs, action size)."""
         if episode_start.any():
             self.phase[episode_start] = self.age[episode_start] = 0
@@ -79,6 +88,10 @@ class ToolExpert(Expert, Generic[TaskT]):
         if self._gripper is not None:
             action[:, self._gripper_columns] = self._gripper_action(opening)[:, None]
         return action
+
+    def info(self) -> Mapping[str, np.ndarray[Any, Any]]:
+        """Return ``phase``, the number of each environment's current phase, (num_envs,) int."""
+        return {"phase": self.phase.copy()}
 
     def _moving_at(self, velocity: Floats) -> Floats:
         """Return target positions (num_envs, 3) [m] that make the tool move at given velocities (num_envs, 3) [m/s]."""

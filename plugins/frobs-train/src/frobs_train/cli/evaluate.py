@@ -15,21 +15,25 @@ from frobs_train.cli.opened import (
     ModelAlgorithm,
     ModelPath,
     ModelSettings,
+    PolicyName,
     Pretrained,
     RunsOrIds,
     Trust,
     UsesExpert,
     open_run,
+    policy_name,
 )
 from frobs_train.cli.runner_options import JobCpus, JobMemory, RayAddress, RunnerName, open_runner
 
 if TYPE_CHECKING:
     from frobs_train import Evaluation
-    from frobs_train.runners.jobs import PolicyKind
+
+_KINDS = {"pretrained": "trained policy", "expert": "expert"}
 
 
 def evaluate(
     runs: RunsOrIds,
+    policy: PolicyName = None,
     pretrained: Pretrained = False,
     expert: UsesExpert = False,
     model: ModelPath = None,
@@ -50,18 +54,18 @@ def evaluate(
 ) -> None:
     """Measure the performance of a policy on episodes that were never used in training.
 
-    Use the policy of a run, a bundle or a model file, or the trained policy or scripted expert of an environment ID.
+    Use the policy of a run or a bundle, or with --policy, any policy in an environment.
     Several policies are evaluated as separate jobs. If a job fails, the results of the other jobs are still printed,
     and the exit status is 1.
 
     Example:
         $ frobs evaluate runs/first
         $ frobs evaluate reach.frobs
-        $ frobs evaluate frobs/Irb120Reach-v0 --pretrained
-        $ frobs evaluate frobs/PandaPush-v0 --expert --episodes 200
+        $ frobs evaluate frobs/Irb120Reach-v0 --policy pretrained
+        $ frobs evaluate frobs/PandaPush-v0 --policy expert --episodes 200
         $ frobs evaluate runs/first --simulator pybullet
         $ frobs evaluate runs/first --randomized
-        $ frobs evaluate frobs/Irb120Reach-v0 --model trained_model.zip
+        $ frobs evaluate frobs/Irb120Reach-v0 --policy trained_model.zip
         $ frobs evaluate runs/first --checkpoint best --episodes 200 --json
         $ frobs evaluate runs/frobs/*/* --runner ray
     """
@@ -70,6 +74,7 @@ def evaluate(
     from frobs_train.runners.jobs import evaluation_job
     from frobs_train.runners.runner import LOCAL
 
+    name = policy_name(policy, model, pretrained, expert)
     chosen = open_runner(runner, ray_address, cpus, memory)
     if len(runs) > 1 or runner != LOCAL:
         if model is not None:
@@ -78,12 +83,11 @@ def evaluate(
             )
         with only_json(json):
             for each in runs:
-                open_run(each, model, algorithm, settings, trust, pretrained, expert)
-        source: PolicyKind = "pretrained" if pretrained else "expert" if expert else "run"
+                open_run(each, name, None, algorithm, settings, trust)
         jobs = [
             evaluation_job(
                 each,
-                source,
+                name,
                 settings=settings or (),
                 trust=trust,
                 episodes=episodes,
@@ -99,7 +103,7 @@ def evaluate(
         return
     [run] = runs
     with only_json(json):
-        opened = open_run(run, model, algorithm, settings, trust, pretrained, expert)
+        opened = open_run(run, name, model, algorithm, settings, trust)
         with working("evaluating") as show:
             found = evaluate_run(
                 opened,
@@ -114,9 +118,8 @@ def evaluate(
     if json:
         print_json({"run" if model is None else "model": model or opened.path, **found.to_dict()})
     else:
-        kinds = {"trained policy": pretrained, "expert": expert, "model file": model is not None}
-        kind = next((name for name, given in kinds.items() if given), "run")
-        print_facts({"name": str(run if pretrained else model or opened.path), "kind": kind, **summary(found)})
+        kind = "model file" if model else _KINDS.get(name or "", f"policy {name}" if name else "run")
+        print_facts({"name": str(model or (run if name else opened.path)), "kind": kind, **summary(found)})
 
 
 def summary(found: Evaluation) -> dict[str, object]:

@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from frobs_cli.completion import complete_policy
 from frobs_core.util.errors import CommandLineError, ConflictingOptionsError
 
 if TYPE_CHECKING:
     from frobs_train import Run
 
 _RUN_OR_ID = (
-    "Run folder written by 'frobs train', or bundle written by 'frobs export'. With --model, --pretrained or "
-    "--expert: a Gymnasium environment ID."
+    "Run folder written by 'frobs train', or bundle written by 'frobs export'. With --policy, --pretrained, --expert or "
+    "--model: a Gymnasium environment ID."
 )
 
 RunOrId = Annotated[Path, typer.Argument(metavar="RUN", show_default=False, help=_RUN_OR_ID)]
@@ -29,14 +30,25 @@ RunsOrIds = Annotated[
     ),
 ]
 
+PolicyName = Annotated[
+    str | None,
+    typer.Option(
+        "--policy",
+        metavar="NAME",
+        show_default=False,
+        help="Policy that acts in the environment: a name from 'frobs list policies', or the path of a run folder, "
+        "bundle or model file.",
+        autocompletion=complete_policy,
+    ),
+]
+
 ModelPath = Annotated[
     Path | None,
     typer.Option(
         "--model",
         metavar="FILE",
         show_default=False,
-        help="Use this trained model instead of a run. The file must be in the format of the library that trained the "
-        "model.",
+        help="Short form of --policy for a model file, in the format of the library that trained the model.",
     ),
 ]
 
@@ -44,17 +56,19 @@ Pretrained = Annotated[
     bool,
     typer.Option(
         "--pretrained",
-        help="Use the trained policy that comes with the environment ID; 'frobs list envs' shows which IDs have one.",
+        help="Short form of --policy pretrained: the trained policy that comes with the environment ID; 'frobs list envs' "
+        "shows which IDs have one.",
     ),
 ]
 
-UsesExpert = Annotated[bool, typer.Option("--expert", help="Use the scripted expert of the environment's task.")]
+UsesExpert = Annotated[
+    bool,
+    typer.Option("--expert", help="Short form of --policy expert: the scripted expert of the environment's task."),
+]
 
 ModelAlgorithm = Annotated[
     str | None,
-    typer.Option(
-        "--algorithm", metavar="NAME", show_default="read from the file", help="Algorithm of the --model file."
-    ),
+    typer.Option("--algorithm", metavar="NAME", show_default="read from the file", help="Algorithm of the model file."),
 ]
 
 ModelSettings = Annotated[
@@ -63,7 +77,7 @@ ModelSettings = Annotated[
         "--set",
         metavar="KEY=VALUE",
         show_default=False,
-        help="With --model or --expert: environment setting, such as environment_kwargs.robot=ur5 or "
+        help="For a policy without settings of its own: environment setting, such as environment_kwargs.robot=ur5 or "
         "wrappers=[…]. Repeatable.",
     ),
 ]
@@ -72,7 +86,7 @@ Trust = Annotated[
     bool,
     typer.Option(
         "--trust",
-        help="Also accept a --model file that executes code when it is loaded, and a bundle that refers to files, "
+        help="Also accept a model file that executes code when it is loaded, and a bundle that refers to files, "
         "modules or wrappers to import. Use this flag only if you trust the author of the file.",
     ),
 ]
@@ -80,42 +94,47 @@ Trust = Annotated[
 
 def open_run(
     run: Path,
-    model: Path | None,
-    algorithm: str | None,
-    settings: Sequence[str] | None,
-    trust: bool,
-    pretrained: bool = False,
-    expert: bool = False,
+    policy: str | None,
+    model: Path | None = None,
+    algorithm: str | None = None,
+    settings: Sequence[str] | None = None,
+    trust: bool = False,
 ) -> Run:
-    """Open a run, a bundle or a model file, or the trained policy or scripted expert of an environment ID.
+    """Open what the arguments of a command name. For arguments and errors, see :func:`frobs_train.open_policy`."""
+    from frobs_core.plugins.registry import bare_id, environments
+    from frobs_train import ModelFile, open_policy
 
-    Raises:
-        ConfigurationError: A flag that requires ``--model`` is used without ``--model``, or a setting is invalid.
-        RunError: The folder is not a run folder, or the ID has no trained policy.
-        BundleError: The file is not a bundle.
-        UntrustedFileError: The bundle requires ``--trust``.
-    """
-    from frobs_core.plugins.registry import bare_id, pretrained_ids
-    from frobs_train import ExpertRun, ModelFile, open_pretrained
-    from frobs_train.export.bundle_run import open_run_or_bundle
-
-    chosen = {"--model": model is not None, "--pretrained": pretrained, "--expert": expert}
-    if sum(chosen.values()) > 1:
-        raise ConflictingOptionsError([flag for flag, given in chosen.items() if given])
-    if expert and algorithm is None and not trust:
-        return ExpertRun(str(run), settings or ())
     if model is not None:
         return ModelFile(model, str(run), algorithm, settings or (), trust)
-    for flag, given in (("--algorithm", algorithm), ("--set", settings), ("--trust", trust and not run.is_file())):
-        if given:
+    if policy is None:
+        for flag, value in (("--algorithm", algorithm), ("--set", settings), ("--trust", trust and not run.is_file())):
+            if value:
+                raise CommandLineError(
+                    flag,
+                    "this option requires --model FILE or --policy; a run stores its own settings, and its folder is "
+                    "always trusted.",
+                )
+        if not run.exists() and bare_id(str(run)) in environments():
             raise CommandLineError(
-                flag,
-                "this option requires --model FILE; a run stores its own settings, and its folder is always trusted.",
+                str(run),
+                "this is an environment ID, not a run; add --pretrained to use the ID's trained policy, or another "
+                "--policy from 'frobs list policies'.",
             )
-    if pretrained:
-        return open_pretrained(str(run))
-    if not run.exists() and bare_id(str(run)) in pretrained_ids():
-        raise CommandLineError(
-            str(run), "this is an environment ID, not a run; add --pretrained to use the ID's trained policy."
-        )
-    return open_run_or_bundle(run, trust)
+    return open_policy(run, policy, settings=settings or (), algorithm=algorithm, trust=trust)
+
+
+def policy_name(policy: str | None, model: Path | None, pretrained: bool, expert: bool) -> str | None:
+    """Return the name of the policy that ``--policy`` or one of its short forms selects, or None.
+
+    Raises:
+        ConflictingOptionsError: Several of these options are used.
+    """
+    options = {
+        "--policy": policy is not None,
+        "--model": model is not None,
+        "--pretrained": pretrained,
+        "--expert": expert,
+    }
+    if sum(options.values()) > 1:
+        raise ConflictingOptionsError([flag for flag, is_used in options.items() if is_used])
+    return "pretrained" if pretrained else "expert" if expert else policy

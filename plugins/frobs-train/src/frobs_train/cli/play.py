@@ -14,16 +14,19 @@ from frobs_train.cli.opened import (
     ModelAlgorithm,
     ModelPath,
     ModelSettings,
+    PolicyName,
     Pretrained,
     RunOrId,
     Trust,
     UsesExpert,
     open_run,
+    policy_name,
 )
 
 
 def play(
     run: RunOrId,
+    policy: PolicyName = None,
     pretrained: Pretrained = False,
     expert: UsesExpert = False,
     model: ModelPath = None,
@@ -49,25 +52,26 @@ def play(
 ) -> None:
     """Watch a policy in a window, or record a video.
 
-    Use the policy of a run, a bundle or a model file, or the trained policy or scripted expert of an environment ID.
+    Use the policy of a run or a bundle, or with --policy, any policy in an environment.
 
     Example:
-        $ frobs play frobs/Irb120Reach-v0 --pretrained
-        $ frobs play frobs/PandaStack-v0 --expert --video stack.mp4
+        $ frobs play frobs/Irb120Reach-v0 --policy pretrained
+        $ frobs play frobs/PandaStack-v0 --policy expert --video stack.mp4
         $ frobs play runs/first
         $ frobs play runs/first --video first.mp4
-        $ frobs play frobs/Irb120Reach-v0 --model trained_model.zip
+        $ frobs play frobs/Irb120Reach-v0 --policy trained_model.zip
     """
     if video is not None and viewer:
         raise ConflictingOptionsError(["--video", "--viewer"])
     from frobs_train import record_video, view
 
-    opened = open_run(run, model, algorithm, settings, trust, pretrained, expert)
+    name = policy_name(policy, model, pretrained, expert)
+    opened = open_run(run, name, model, algorithm, settings, trust)
     if video is None:
         try:
             view(opened, randomized=randomized, checkpoint=checkpoint)
         except RenderingUnavailableError as error:
-            flag = " --pretrained" if pretrained else " --expert" if expert else ""
+            flag = f" --policy {name}" if name else ""
             raise RunError(f"{error} To record a video instead, run 'frobs play {run}{flag} --video FILE'.") from error
         return
     with working("recording") as show:

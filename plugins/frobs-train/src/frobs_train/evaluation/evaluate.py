@@ -6,6 +6,7 @@ import hashlib
 import logging
 import math
 from collections.abc import Callable, Mapping
+from contextlib import closing
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -21,8 +22,8 @@ from frobs_core.util.validation import whole_number
 from frobs_train.configuration.config import RunConfig
 from frobs_train.environments import is_paced, make_vector_env
 from frobs_train.evaluation.playing import OctantResult, play_episodes
-from frobs_train.runs.expert_run import ExpertRun
 from frobs_train.runs.policy import acting_policy
+from frobs_train.runs.policy_run import PolicyRun
 from frobs_train.runs.run import Run
 from frobs_train.training.seeds import spread_seed
 
@@ -124,9 +125,10 @@ def evaluate(
     randomized = plain(kwargs.get("randomize"), for_yaml=True)
     env = make_vector_env(config.environment, min(num_envs, episodes), kwargs, config.wrappers)
     try:
-        policy, steps = acting_policy(run, env, checkpoint)
-        first = spread_seed(chosen_seed).evaluation
-        counter = play_episodes(env, policy, episodes, first, deterministic, on_progress, longest)
+        with closing(acting_policy(run, env, checkpoint, deterministic)) as policy:
+            first = spread_seed(chosen_seed).evaluation
+            counter = play_episodes(env, policy, episodes, first, on_progress, longest)
+        steps: int = getattr(policy, "steps", 0)  # of a trained policy
     finally:
         env.close()
     successes = counter.successes
@@ -150,7 +152,7 @@ def evaluate(
         name += "_randomized" if randomize is True else f"_randomized-{_digest(randomized)}"
     if not deterministic:
         name += "_sampled"
-    if run.path.is_file() or isinstance(run, ExpertRun):  # bundles, model files and experts have no run folder
+    if run.path.is_file() or isinstance(run, PolicyRun):  # only runs have a run folder
         return result
     try:
         path = run.output("evaluations", f"{name}.json")

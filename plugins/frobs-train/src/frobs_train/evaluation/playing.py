@@ -9,7 +9,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.contracts import Algorithm
+from frobs_core.contracts import Policy
 from frobs_core.util.arrays import Floats
 from frobs_train.environment_checks import has_time_limit
 from frobs_train.logs.recorder import EpisodeRecorder, FinishedEpisodes
@@ -30,10 +30,9 @@ class OctantResult:
 
 def play_episodes(
     env: gym.vector.VectorEnv[Any, Any, Any],
-    policy: Algorithm,
+    policy: Policy,
     episodes: int,
     seed: int,
-    deterministic: bool = True,
     on_progress: Callable[[int], object] | None = None,
     longest_episode: int | None = None,
 ) -> EpisodeCounter:
@@ -47,11 +46,9 @@ def play_episodes(
     recorder = EpisodeRecorder(env, counter.add, longest_episode=None if has_time_limit(env) else longest_episode)
     observation, _ = recorder.reset(seed=seed)
     counter.begin()
-    state = None
     episode_start = np.ones(env.num_envs, bool)
     while not counter.complete:
-        action, state = policy.predict(observation, state, episode_start, deterministic)
-        observation, _, terminated, truncated, _ = recorder.step(action)
+        observation, _, terminated, truncated, _ = recorder.step(policy.act(observation, episode_start))
         episode_start = terminated | truncated
         counter.after_step()
         if on_progress is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing
 from itertools import chain, count
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.contracts import Algorithm
+from frobs_core.contracts import Policy
 from frobs_core.util.errors import ParameterValueError, RunError
 from frobs_core.util.files import write_aside
 from frobs_core.util.validation import whole_number
@@ -78,8 +79,9 @@ def record_video(
         render_mode="rgb_array",
         wrappers=run.config.wrappers,
     )
-    try:
-        policy, _ = acting_policy(run, env, checkpoint)
+    with ExitStack() as stack:
+        stack.callback(env.close)
+        policy = stack.enter_context(closing(acting_policy(run, env, checkpoint)))
         steps = play_steps(env, policy, episodes, run.seeds.evaluation, longest)
         frames = (_picture(env) for _ in steps)
         first = next(frames)  # render before writing anything, because rendering may fail
@@ -105,13 +107,11 @@ def record_video(
                 writer.close()
 
         write_aside(target, write)
-    finally:
-        env.close()
     return target
 
 
 def play_steps(
-    env: gym.Env[Any, Any], policy: Algorithm, episodes: int | None, seed: int, longest_episode: int | None = None
+    env: gym.Env[Any, Any], policy: Policy, episodes: int | None, seed: int, longest_episode: int | None = None
 ) -> Iterator[int]:
     """Play episodes in a single environment, and yield the step of the episode after each reset (0) and step.
 
@@ -127,10 +127,10 @@ def play_steps(
         with fault_named(checks.environment, "reset"):
             observation, _ = env.reset(seed=seed if episode == 0 else None)
         checks.check_observation(add_batch(observation))
-        state, done = None, np.ones(1, bool)
+        done = np.ones(1, bool)
         yield 0
         while not (done.all() and checks.lengths.all()):
-            action, state = policy.predict(add_batch(observation), state, done)
+            action = policy.act(add_batch(observation), done)
             checks.check_action(action)
             with fault_named(checks.environment, "step"):
                 observation, reward, terminated, truncated, info = env.step(action[0])

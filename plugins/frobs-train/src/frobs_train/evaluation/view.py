@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import ExitStack, closing, suppress
 
 from frobs_train.environments import make_env
 from frobs_train.evaluation.video import play_steps
@@ -37,8 +38,10 @@ def view(run: Run, *, episodes: int | None = None, randomized: bool = False, che
     # Environments of other packages limit their own speed in ``render``. FRobs environments have a control timestep.
     control_timestep = float(getattr(env.unwrapped, "control_timestep", 0.0))
     begun, due = 0, 0.0
-    try:
-        policy, _ = acting_policy(run, env, checkpoint)
+    with ExitStack() as stack:
+        stack.enter_context(suppress(KeyboardInterrupt))
+        stack.callback(env.close)
+        policy = stack.enter_context(closing(acting_policy(run, env, checkpoint)))
         for step in play_steps(env, policy, episodes, run.seeds.evaluation):
             if step == 0:
                 begun += 1
@@ -47,8 +50,4 @@ def view(run: Run, *, episodes: int | None = None, randomized: bool = False, che
             due += control_timestep
             time.sleep(max(0.0, due - time.perf_counter()))
         begun += 1
-    except KeyboardInterrupt:
-        pass
-    finally:
-        env.close()
     return max(0, begun - 1)

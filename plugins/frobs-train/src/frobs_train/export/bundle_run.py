@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import gymnasium as gym
-import numpy as np
 
+import frobs_deploy
+from frobs_core.contracts import Policy
 from frobs_core.description import Observation
 from frobs_core.util.arrays import Action, Mask
-from frobs_core.util.errors import RunError
 from frobs_core.util.validation import validate
-from frobs_deploy import Bundle, BundleError, BundleMismatchError, Policy, read_bundle
+from frobs_deploy import Bundle, BundleError, BundleMismatchError, read_bundle
 from frobs_train.configuration.config import RunConfig
 from frobs_train.environments import make_vector_env
 from frobs_train.export.export_facts import environment_facts, spaces_facts
@@ -50,9 +50,12 @@ class BundleRun(Run):
             )
         self.steps = steps or 0
 
-    def load_policy(self, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> tuple[BundlePolicy, int]:
-        """Return the policy and the number of environment steps for which it was trained."""
-        policy = Policy(self.bundle)
+    def policy(self, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> BundlePolicy:
+        """Return the policy for the spaces of a single environment.
+
+        Raises:
+            BundleMismatchError: A space differs from the one that the policy was trained with.
+        """
         trained = {
             "observation": self.bundle.manifest["observation"]["spaces"],
             "action": self.bundle.manifest["action"]["space"],
@@ -64,36 +67,19 @@ class BundleRun(Run):
                     f"the environment's {what} space differs from the one that the policy was trained with; use the "
                     "same environment version and keyword arguments as in training.",
                 )
-        return BundlePolicy(policy, observation_space, action_space), self.steps
+        return BundlePolicy(self.bundle)
 
 
-class BundlePolicy:
-    """Adapter that gives a bundle's policy the spaces and the ``predict`` method of an algorithm."""
+class BundlePolicy(Policy):
+    """Adapter for :class:`frobs_deploy.Policy`, which does not depend on the core."""
 
-    def __init__(self, policy: Policy, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> None:
-        self._policy = policy
-        self.observation_space, self.action_space = observation_space, action_space
+    def __init__(self, bundle: Bundle) -> None:
+        self._policy = frobs_deploy.Policy(bundle)
 
-    def predict(
-        self,
-        observation: Observation,
-        state: tuple[np.ndarray[Any, Any], ...] | None = None,
-        episode_start: Mask | None = None,
-        deterministic: bool = True,
-    ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
-        """Return actions for a batch of observations.
-
-        The returned state is None, because the policy stores its own state.
-        """
-        if not deterministic:
-            raise RunError(
-                "a policy bundle contains only the deterministic policy, so actions cannot be sampled from it."
-            )
-        if episode_start is None or episode_start.all():
-            self._policy.reset()
-        else:
-            self._policy.reset(episode_start)
-        return self._policy.act(observation), None
+    def act(self, observation: Observation, episode_start: Mask) -> Action:
+        """Return the bundle's actions."""
+        self._policy.reset(None if episode_start.all() else episode_start)
+        return cast("Action", self._policy.act(observation))
 
 
 def open_pretrained(environment: str) -> BundleRun:

@@ -15,7 +15,7 @@ from frobs_core.util.files import write_aside
 from frobs_deploy import BundleError, Policy, pack_bundle, parse_bundle
 from frobs_train.environments import make_vector_env
 from frobs_train.export.export_facts import environment_facts, license_text, training_facts
-from frobs_train.runs.policy import load_policy
+from frobs_train.runs.policy import load_algorithm
 from frobs_train.runs.run import Run
 
 TOLERANCE = 1e-5
@@ -58,7 +58,7 @@ def export(
     env = make_vector_env(run.config.environment, _ENVS, run.config.keywords(randomize=False), run.config.wrappers)
     path = run.path / "policy.frobs" if out is None else out
     try:
-        algorithm, steps = load_policy(run, env.single_observation_space, env.single_action_space, checkpoint)
+        algorithm, steps = load_algorithm(run, env.single_observation_space, env.single_action_space, checkpoint)
         graph = algorithm.export_onnx()
         manifest = {
             **environment_facts(env, run.config),

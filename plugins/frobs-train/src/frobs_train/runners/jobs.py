@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
+from frobs_core.kernel.policies import is_path
 from frobs_train.configuration.config import RunConfig, algorithm_record, resolve_algorithm_config
 from frobs_train.evaluation.evaluate import evaluate
-from frobs_train.export.bundle_run import open_pretrained, open_run_or_bundle
 from frobs_train.logs.progress import last_value, read_progress
 from frobs_train.runners.runner import Job, Report
-from frobs_train.runs.expert_run import ExpertRun
-from frobs_train.runs.run import Run
+from frobs_train.runs.policy import open_policy
 from frobs_train.training.train import train
 
 _PROCESS_MEMORY = 2**30  # memory [B] used by Python, the libraries and a hundred environments
-
-PolicyKind = Literal["run", "pretrained", "expert"]
-"""Source of a policy: a run folder or bundle, the trained policy of an environment ID, or the ID's expert."""
 
 _COLUMNS = {
     "steps": "train/steps",
@@ -45,7 +41,7 @@ def training_job(config: RunConfig, run_dir: Path) -> Job:
 
 def evaluation_job(
     run: Path | str,
-    kind: PolicyKind = "run",
+    policy: Path | str | None = None,
     *,
     settings: Sequence[str] = (),
     trust: bool = False,
@@ -56,9 +52,9 @@ def evaluation_job(
     The result of the job contains ``run`` and the fields of :class:`frobs_train.Evaluation`.
 
     Args:
-        run: Run folder or bundle if ``kind`` is ``"run"``, else an environment ID.
-        kind: ``"run"``, ``"pretrained"`` for the trained policy of the ID, or ``"expert"`` for the ID's expert.
-        settings: Settings of the environment, if ``kind`` is ``"expert"``.
+        run: Run folder or bundle. If ``policy`` is given, an environment ID.
+        policy: Name or path of the policy, see :func:`frobs_core.load_policy`.
+        settings: Settings of the environment, if ``policy`` has no settings of its own.
         trust: Whether a bundle may specify files, modules and wrappers to import.
         keywords: Keyword arguments for :func:`frobs_train.evaluate`.
     """
@@ -66,8 +62,8 @@ def evaluation_job(
         name=str(run),
         function=f"{__name__}:evaluate_run",
         arguments={
-            "run": Path(run).absolute() if kind == "run" else str(run),
-            "kind": kind,
+            "run": Path(run).absolute() if policy is None else str(run),
+            "policy": Path(policy).absolute() if policy is not None and is_path(policy) else policy,
             "settings": tuple(settings),
             "trust": trust,
             "keywords": keywords,
@@ -89,15 +85,12 @@ def evaluate_run(
     run: Path | str,
     keywords: Mapping[str, Any],
     report: Report,
-    kind: PolicyKind = "run",
+    policy: Path | str | None = None,
     settings: Sequence[str] = (),
     trust: bool = False,
 ) -> dict[str, Any]:
     """Evaluate a policy."""
-    if kind == "expert":
-        opened: Run = ExpertRun(str(run), settings)
-    else:
-        opened = open_pretrained(str(run)) if kind == "pretrained" else open_run_or_bundle(run, trust)
+    opened = open_policy(run, policy, settings=settings, trust=trust)
     return {"run": opened.path, **evaluate(opened, **keywords).to_dict()}
 
 

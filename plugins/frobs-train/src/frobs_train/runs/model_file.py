@@ -10,16 +10,14 @@ from typing import Any, cast
 import gymnasium as gym
 
 from frobs_core import plugins
+from frobs_core.contracts import Algorithm
 from frobs_core.plugins.records import AlgorithmRecord
 from frobs_core.util.errors import ConfigurationError, MissingSettingError
-from frobs_core.util.validation import validate
-from frobs_core.util.yaml import merge
-from frobs_train.configuration.config import RunConfig, algorithm_record
-from frobs_train.configuration.resolve import read_setting
-from frobs_train.runs.run import Run
+from frobs_train.configuration.config import algorithm_record
+from frobs_train.runs.policy_run import PolicyRun
 
 
-class ModelFile(Run):
+class ModelFile(PolicyRun):
     """A model saved by an algorithm's library and used through the interface of a training run.
 
     The model cannot be trained further.
@@ -49,31 +47,29 @@ class ModelFile(Run):
         trust: bool = False,
     ) -> None:
         path = Path(file)
-        self._algorithm = algorithm
-        self._trust = trust
-        self._opener = _opener(path, algorithm)
-        given = merge({"environment": environment, "seed": 0}, *(read_setting(setting) for setting in settings))
-        super().__init__(path, validate(RunConfig, given, "a model file"))
+        _opener(path, algorithm)
+        super().__init__(path, environment, settings, algorithm=algorithm, trust=trust)
+        self.path = path
 
-    def load_policy(self, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> tuple[Any, int]:
-        """Load the policy for an environment.
 
-        Args:
-            observation_space: Observation space of a single environment.
-            action_space: Action space of a single environment.
+def is_model_file(path: Path) -> bool:
+    """Return whether an installed algorithm reads files with this suffix."""
+    records = cast("Mapping[str, AlgorithmRecord]", plugins.records("algorithm"))
+    return not path.is_dir() and any(path.suffix in record.model_files for record in records.values())
 
-        Returns:
-            The policy, with the spaces and the ``predict`` method of an algorithm, and the number of environment steps
-        for which the policy was trained.
 
-        Raises:
-            CheckpointError: The file is missing or damaged.
-            UntrustedFileError: Opening the file would execute code from the file, and ``trust`` is False.
-            RunError: The environment's spaces differ from the spaces used in training.
-        """
-        module, _, function = self._opener.partition(":")
-        opener: Callable[..., tuple[Any, int]] = getattr(import_module(module), function)
-        return opener(self.path, observation_space, action_space, self._algorithm, self._trust)
+def load_model_file(
+    file: Path, observation_space: gym.Space[Any], action_space: gym.Space[Any], algorithm: str | None, trust: bool
+) -> tuple[Algorithm, int]:
+    """Load a model for the spaces of a single environment. For ``algorithm`` and ``trust``, see :class:`ModelFile`.
+
+    Returns:
+        An object with the spaces and the ``predict`` method of an algorithm, and the number of environment steps for
+        which it was trained.
+    """
+    module, _, function = _opener(file, algorithm).partition(":")
+    opener: Callable[..., tuple[Algorithm, int]] = getattr(import_module(module), function)
+    return opener(file, observation_space, action_space, algorithm, trust)
 
 
 def _opener(file: Path, algorithm: str | None) -> str:

@@ -1,67 +1,219 @@
-"""Load the policy of a run."""
+"""Open the policies of runs, bundles and model files."""
 
 from __future__ import annotations
 
 import logging
-from typing import Any, cast
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 import gymnasium as gym
+import numpy as np
 
-from frobs_core.contracts import Algorithm
-from frobs_core.util.errors import CheckpointError, RunError
+import frobs_core
+from frobs_core.contracts import Algorithm, Policy
+from frobs_core.deprecation import deprecated
+from frobs_core.description import Observation
+from frobs_core.kernel.policies import make_policy
+from frobs_core.plugins.registry import bare_id
+from frobs_core.util.arrays import Action, Mask
+from frobs_core.util.errors import CheckpointError, CommandLineError, ModelMismatchError, RunError
 from frobs_train.configuration.config import algorithm_record, differences
-from frobs_train.export.bundle_run import BundleRun
-from frobs_train.runs.expert_run import ExpertPolicy, ExpertRun
-from frobs_train.runs.model_file import ModelFile
+from frobs_train.export.bundle_run import BundleRun, open_pretrained, open_run_or_bundle
+from frobs_train.runs.model_file import is_model_file, load_model_file
+from frobs_train.runs.policy_run import PolicyRun
 from frobs_train.runs.run import Run
 
 _log = logging.getLogger("frobs")
 
 
-def acting_policy(run: Run, env: Any, checkpoint: str | int = "newest") -> tuple[Algorithm, int]:
-    """Return the policy of a run, a bundle or a model file, or the expert of the environment's task.
+class AlgorithmPolicy(Policy):
+    """Policy of an algorithm.
 
     Args:
-        run: The run.
-        env: A single or vector environment.
-        checkpoint: Checkpoint to load: ``"newest"`` for the newest undamaged checkpoint, ``"best"``, or a number of
+        algorithm: The algorithm, of which the policy uses only ``predict``.
+        deterministic: Whether to use deterministic actions instead of sampling.
+    """
+
+    def __init__(self, algorithm: Algorithm, deterministic: bool = True) -> None:
+        self._algorithm, self._deterministic = algorithm, deterministic
+        self._state: tuple[np.ndarray[Any, Any], ...] | None = None
+
+    def act(self, observation: Observation, episode_start: Mask) -> Action:
+        """Return the algorithm's actions, and keep the state of a recurrent policy."""
+        action, self._state = self._algorithm.predict(observation, self._state, episode_start, self._deterministic)
+        return action
+
+
+class TrainedPolicy(Policy):
+    """Policy of a run folder, a bundle, or a model file of another library.
+
+    Args:
+        path: The path, or a run or bundle that is already open.
+        checkpoint: Checkpoint of a run: ``"newest"`` for the newest undamaged checkpoint, ``"best"``, or a number of
             environment steps.
+        deterministic: Whether to use deterministic actions instead of sampling.
+        algorithm: Name of a model file's algorithm. By default, the name is read from the file.
+        trust: Whether to also open a model file that executes code when it is loaded, and a bundle that names files,
+            modules or wrappers.
+
+    Attributes:
+        steps: Number of environment steps for which the policy was trained, or 0 before :meth:`bind`.
+    """
+
+    def __init__(
+        self,
+        path: Path | str | Run,
+        *,
+        checkpoint: str | int = "newest",
+        deterministic: bool = True,
+        algorithm: str | None = None,
+        trust: bool = False,
+    ) -> None:
+        self._path, self._checkpoint, self._deterministic = path, checkpoint, deterministic
+        self._algorithm, self._trust = algorithm, trust
+        self._policy: Policy | None = None
+        self.steps = 0
+
+    def run(self, environment: str) -> Run | None:
+        """Return the run or bundle, which stores the settings of an environment, or None for a model file.
+
+        Args:
+            environment: Gymnasium ID of the environment in which the policy will act.
+        """
+        if isinstance(self._path, Run):
+            return self._path
+        path = Path(self._path)
+        if is_model_file(path):
+            return None
+        if self._algorithm is not None:
+            raise CommandLineError("--algorithm", f"{path} is not a model file, so its algorithm is already known.")
+        return open_run_or_bundle(path, self._trust)
+
+    def bind(self, env: gym.Env[Any, Any] | gym.vector.VectorEnv[Any, Any, Any]) -> None:
+        """Load the policy.
+
+        Raises:
+            CheckpointError: The file or checkpoint is missing or damaged.
+            UntrustedFileError: The file requires ``trust``.
+            RunError: The environment's spaces differ from the spaces used in training, or the file cannot act as
+                requested by ``checkpoint`` or ``deterministic``.
+        """
+        spaces = (
+            getattr(env, "single_observation_space", env.observation_space),
+            getattr(env, "single_action_space", env.action_space),
+        )
+        run = self.run(env.spec.id if env.spec is not None else type(env.unwrapped).__name__)
+        if self._checkpoint != "newest" and (run is None or isinstance(run, BundleRun)):
+            path, what = (self._path, "model file") if run is None else (run.path, "policy bundle")
+            raise RunError(f"{path} is a {what}, which contains only one policy; omit --checkpoint.")
+        if isinstance(run, BundleRun):
+            if not self._deterministic:
+                raise RunError(
+                    "a policy bundle contains only the deterministic policy, so actions cannot be sampled from it."
+                )
+            self._policy, self.steps = run.policy(*spaces), run.steps
+            return
+        if run is None:
+            algorithm, self.steps = load_model_file(Path(str(self._path)), *spaces, self._algorithm, self._trust)
+        else:
+            algorithm, self.steps = load_algorithm(run, *spaces, self._checkpoint)
+        self._policy = AlgorithmPolicy(algorithm, self._deterministic)
+
+    def act(self, observation: Observation, episode_start: Mask) -> Action:
+        """Return the actions of the trained policy."""
+        assert self._policy is not None, "bind() was not called"
+        return self._policy.act(observation, episode_start)
+
+
+class PretrainedPolicy(TrainedPolicy):
+    """Trained policy that comes with the ID of the environment."""
+
+    def __init__(self) -> None:
+        super().__init__("pretrained")
+
+    def run(self, environment: str) -> Run:
+        """Return the bundle of an ID."""
+        return open_pretrained(environment)
+
+
+def open_policy(
+    target: Path | str,
+    policy: Path | str | None = None,
+    *,
+    settings: Sequence[str] = (),
+    algorithm: str | None = None,
+    trust: bool = False,
+) -> Run:
+    """Open a policy together with the settings of the environment in which it acts.
+
+    Args:
+        target: Run folder or bundle. If ``policy`` is given, the Gymnasium ID of the environment.
+        policy: Name or path of the policy, see :func:`frobs_core.load_policy`.
+        settings: Assignments to keys of :class:`frobs_train.RunConfig`, for a policy without settings of its own.
+        algorithm: Algorithm of a model file.
+        trust: See :class:`TrainedPolicy`.
 
     Returns:
-        The policy, which supports at least ``predict``, and the number of environment steps for which it was trained.
+        The run or bundle, or a :class:`~frobs_train.runs.policy_run.PolicyRun` for other policies.
 
     Raises:
-        RunError: The environment's spaces differ from the spaces used in training, or its task has no expert.
+        FrobsError: The policy or the ID does not exist, was trained in another environment, or does not use a setting.
+        BundleError: The file is not a bundle.
     """
-    if isinstance(run, ExpertRun):
-        return cast("Algorithm", ExpertPolicy(env)), 0
-    observation_space = getattr(env, "single_observation_space", env.observation_space)
-    return load_policy(run, observation_space, getattr(env, "single_action_space", env.action_space), checkpoint)
+    if policy is None:
+        return open_run_or_bundle(target, trust)
+    environment = str(target)
+    options = {name: value for name, value in (("algorithm", algorithm), ("trust", trust)) if value}
+    unbound = make_policy(policy, **options)
+    run = unbound.run(environment) if isinstance(unbound, TrainedPolicy) else None
+    if run is None:
+        return PolicyRun(policy, environment, settings, **options)
+    if settings:
+        raise CommandLineError("--set", f"policy '{policy}' stores its own settings; omit this option.")
+    trained, requested = bare_id(run.config.environment), bare_id(environment)
+    if trained != requested:
+        raise ModelMismatchError(f"policy '{policy}'", "the ID", f"'{trained}'", f"'{requested}'")
+    return run
 
 
+def acting_policy(run: Run, env: Any, checkpoint: str | int = "newest", deterministic: bool = True) -> Policy:
+    """Return the policy of a run or of what :func:`open_policy` returns, ready to act in an environment.
+
+    For ``checkpoint``, ``deterministic`` and errors, see :class:`TrainedPolicy`.
+    """
+    options: dict[str, Any] = {} if checkpoint == "newest" else {"checkpoint": checkpoint}
+    if not deterministic:
+        options["deterministic"] = False
+    if isinstance(run, PolicyRun):
+        return frobs_core.load_policy(run.policy, env, **run.options, **options)
+    policy = TrainedPolicy(run, **options)
+    policy.bind(env)
+    return policy
+
+
+@deprecated(instead="frobs_core.load_policy", since="0.3", removed_in="0.4")
 def load_policy(
     run: Run, observation_space: gym.Space[Any], action_space: gym.Space[Any], checkpoint: str | int = "newest"
 ) -> tuple[Algorithm, int]:
-    """Load a checkpoint for prediction.
+    """Return :func:`load_algorithm` for the same arguments."""
+    return load_algorithm(run, observation_space, action_space, checkpoint)
 
-    ``run`` may still be training. ``run`` may also be a bundle or a model file.
+
+def load_algorithm(
+    run: Run, observation_space: gym.Space[Any], action_space: gym.Space[Any], checkpoint: str | int = "newest"
+) -> tuple[Algorithm, int]:
+    """Load a checkpoint of a run, which may still be training, for prediction.
 
     Args:
         run: The run.
         observation_space: Observation space of a single environment in which the policy will act.
         action_space: Action space of a single environment in which the policy will act.
-        checkpoint: Checkpoint to load: ``"newest"`` for the newest undamaged checkpoint, ``"best"``, or a number of
-            environment steps.
+        checkpoint: See :class:`TrainedPolicy`.
 
     Returns:
-        The algorithm, and the number of environment steps for which it was trained. For a bundle or a model file,
-        only the spaces and the ``predict`` method of the algorithm are available.
+        The algorithm, and the number of environment steps for which it was trained.
     """
-    if isinstance(run, BundleRun | ModelFile):
-        if checkpoint != "newest":
-            what = "policy bundle" if isinstance(run, BundleRun) else "model file"
-            raise RunError(f"{run.path} is a {what}, which contains only one policy; omit --checkpoint.")
-        return cast("tuple[Algorithm, int]", run.load_policy(observation_space, action_space))
     if run.edited is not None:
         keys = ", ".join(key for key, _, _ in differences(run.config.model_dump(), run.edited.model_dump()))
         _log.warning(

@@ -15,6 +15,7 @@ from frobs_train.environments import make_vector_env
 from frobs_train.evaluation.evaluate import usual_num_envs
 from frobs_train.evaluation.playing import play_episodes
 from frobs_train.runs import checkpoints
+from frobs_train.runs.policy import AlgorithmPolicy
 from frobs_train.runs.run import Run
 from frobs_train.runs.state import read_best, write_best
 from frobs_train.training.interrupts import Interrupts
@@ -59,7 +60,7 @@ class TrainingEvaluation:
         try:
             found = play_episodes(
                 self._env,
-                self._algorithm,
+                AlgorithmPolicy(self._algorithm),
                 config.evaluation_episodes,
                 seed,
                 on_progress=self._stop_if_interrupted,

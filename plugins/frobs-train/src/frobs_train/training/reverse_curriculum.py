@@ -9,7 +9,7 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.contracts import load_expert
+from frobs_core import load_policy
 from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.util.arrays import Floats, Mask, rows_of, widened
 from frobs_core.util.errors import ConfigurationError, RunError
@@ -137,14 +137,13 @@ def _expert_path(
         the expert succeeded.
     """
     try:
-        expert = load_expert(env)
+        expert = load_policy("expert", env)
+    except RunError as error:
+        raise RunError(f"reset_from needs a task with an expert; {_WITHOUT}.") from error
     except ConfigurationError as error:
         raise RunError(f"reset_from: {str(error).rstrip('.')}; {_WITHOUT}.") from error
-    if expert is None:
-        raise RunError(f"reset_from needs a task with an expert; {_WITHOUT}.")
-    env.reset(
-        seed=seed, options={"reset_mask": np.ones(env.num_envs, np.bool_)}
-    )  # with a mask, reset() does not shorten (stagger) the first episodes
+    # with a mask, reset() does not shorten (stagger) the first episodes
+    observation, _ = env.reset(seed=seed, options={"reset_mask": np.ones(env.num_envs, np.bool_)})
     steps = int(env.max_episode_steps)
     taken = np.linspace(0, steps - 1, states).astype(int)
     snapshots = []
@@ -153,8 +152,9 @@ def _expert_path(
         if step in taken:
             snapshots += [env.snapshot()] * int((taken == step).sum())
         broken |= begins & (step > 0)  # an episode ended before the time limit
-        _, _, terminated, truncated, info = env.step(expert.act(begins))
+        observation, _, terminated, truncated, info = env.step(expert.act(observation, begins))
         begins = terminated | truncated
+    expert.close()
     successes = info["final_info"]["is_success"] if begins.any() else np.zeros(env.num_envs)
     succeeded = np.flatnonzero(begins & ~broken & (successes > 0.0))
     if not len(succeeded):

@@ -9,11 +9,15 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 
-from frobs_core.contracts import Expert, load_expert
+from frobs_core import load_policy
+from frobs_core.contracts import Policy
+from frobs_core.plugins import registry
 from frobs_core.util.errors import ConfigurationError, FrobsError
 from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, after, expect
+from frobs_devkit.testing.compare import batch_of_one
 from frobs_devkit.testing.environment.episodes import PATH, RANDOM_STEPS, begin_with_goal, longest_path, random_steps
 from frobs_devkit.testing.environment.rollout import draw_actions
 from frobs_devkit.testing.environment.subject import (
@@ -66,7 +70,7 @@ def success_comes_and_goes(subject: EnvUnderTest) -> None:
                 )
                 told.add(float(success))
         if 1.0 not in told and task.expert:
-            told.add(_success_of_expert(env))
+            told.add(_success_of_expert(_Seeing(env)))
     if 1.0 not in told:
         raise Inconclusive(
             f"no success in {RANDOM_STEPS} steps of random episodes, so it is unknown whether success is possible"
@@ -113,6 +117,21 @@ def success_belongs_to_its_step(subject: EnvUnderTest) -> None:
     )
 
 
+def expert_passes_the_checks_of_policies(subject: EnvUnderTest) -> None:
+    """The task's expert passes the checks of policies."""
+    from frobs_devkit.testing.policy import check_policy  # it uses this package
+
+    subject.require_pause()
+    task, _ = registry.environments().get(subject.bare_id, (None, None))
+    if task is None or not task.load().expert:
+        raise NotApplicable("the task has no expert")
+    for check in check_policy("expert", subject.id, **subject.kwargs):
+        try:
+            check.run()
+        except ConfigurationError as error:
+            raise NotApplicable(f"the expert cannot act in this environment: {error}") from error
+
+
 @dataclass(frozen=True)
 class _Step:
     """The outcome of a step.
@@ -139,7 +158,8 @@ def _visits(env: Any) -> Iterator[list[_Step]]:
             yield _watch(env, [action] * PATH)
     if task.expert:
         with suppress(ConfigurationError):  # the expert does not support the controllers
-            yield _watch(env, _expert_actions(env))
+            seeing = _Seeing(env)
+            yield _watch(seeing, _expert_actions(seeing))
     env.reset(seed=8)
     yield _watch(env, draw_actions(env.action_space, RANDOM_STEPS, seed=8))
 
@@ -171,35 +191,56 @@ def _measured_again(env: Any) -> bool:
     return success
 
 
-def _expert_actions(env: Any) -> Iterator[Any]:
-    """Begin an episode, and yield the actions of the task's expert up to the first success, and then random actions."""
-    expert = load_expert(inside(env))
+def _expert_actions(env: _Seeing) -> Iterator[Any]:
+    """Begin an episode, and yield the actions of the task's expert up to the first success, and then random actions.
+
+    Raises:
+        ConfigurationError: The expert does not support the controllers.
+    """
+    expert = load_policy("expert", env)
     env.reset(seed=0)
-    for action in _act(expert):
+    for action in _act(expert, env):
         if inside(env).task.is_success()[0]:
             break
         yield action
     yield from draw_actions(env.action_space, RANDOM_STEPS, seed=0)
 
 
-def _act(expert: Expert | None) -> Iterator[Any]:
-    """Yield the actions of a task's expert from the start of an episode on."""
-    assert expert is not None
+class _Seeing(gym.Wrapper[Any, Any, Any, Any]):
+    """Keeps the latest observation as a batch of one, because others step the environment while an expert acts."""
+
+    def reset(self, **keywords: Any) -> Any:
+        return self._seen(super().reset(**keywords))
+
+    def step(self, action: Any) -> Any:
+        return self._seen(super().step(action))
+
+    def _seen(self, result: Any) -> Any:
+        self.observation = batch_of_one(result[0])
+        return result
+
+
+def _act(expert: Policy, env: _Seeing) -> Iterator[Any]:
+    """Yield the actions of an expert from the start of an episode on."""
     begins = np.ones(1, bool)
     while True:
-        yield expert.act(begins)[0]
+        yield expert.act(env.observation, begins)[0]
         begins = np.zeros(1, bool)
 
 
-def _success_of_expert(env: Any) -> float:
-    """Return 1.0 if the task's expert succeeds, or 0.0 if the expert does not support the controllers."""
+def _success_of_expert(env: _Seeing) -> float:
+    """Return 1.0 if the task's expert succeeds, or 0.0 if the expert does not support the controllers.
+
+    Raises:
+        CheckFailure: The expert does not succeed in any of several episodes.
+    """
     try:
-        expert = load_expert(inside(env))
+        expert = load_policy("expert", env)
     except ConfigurationError:
         return 0.0
     for episode in range(_EXPERT_EPISODES):
         env.reset(seed=episode)
-        for action in _act(expert):
+        for action in _act(expert, env):
             *_, terminated, truncated, info = env.step(action)
             if terminated or truncated:
                 break
