@@ -213,8 +213,9 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
             raise ResetNeededError(f"no episode is running in environments {which[:8]}; call reset() first.")
         # Invalid actions raise an error before any state changes, including the random state.
         checked = self._checked(actions)
-        for callback in self.before_autoreset if waiting is not None else ():
-            callback(waiting.copy())
+        if waiting is not None:
+            for callback in self.before_autoreset:
+                callback(waiting.copy())
         if waiting is not None and waiting.all():  # next-step autoreset: actions are ignored, so no robot moves
             self._elapsed[:], self._ended = 0, self._none.copy()
             observation = self._loop.begin(None, {})

@@ -46,7 +46,7 @@ def test_a_bundle_is_the_pretrained_policy_of_its_id() -> None:
     env = gym.make_vec(REACH, num_envs=2)
     observation, _ = env.reset(seed=0)
     actions = [load_policy(name, env).act(observation, START) for name in ("pretrained", pretrained_path(REACH))]
-    assert np.array_equal(*actions)
+    assert np.array_equal(actions[0], actions[1])
     assert env.action_space.contains(actions[0])
     env.close()
 
