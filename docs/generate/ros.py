@@ -6,7 +6,7 @@ from pathlib import Path
 
 import yaml
 
-from frobs_ros.backends import TREATMENT
+from frobs_ros.ros.backends import TREATMENT
 from generate.rst import code, escape, heading, label, literal, table
 
 TABLES = yaml.safe_load(Path(__file__).with_name("frobs_rl.yaml").read_text("utf-8"))

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 import frobs_rl_compat
-from frobs_ros.environment import use_ros
+from frobs_ros.ros.environment import use_ros
 
 _LIMIT = 900  # [s] for a script
 

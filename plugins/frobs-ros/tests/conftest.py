@@ -25,7 +25,7 @@ _MASTERS_OWN = {"/run_id", "/rosdistro", "/rosversion", "/use_sim_time", "/tcp_k
 @pytest.fixture(scope="session")
 def ros() -> None:
     """Make ROS importable."""
-    from frobs_ros.environment import use_ros
+    from frobs_ros.ros.environment import use_ros
 
     use_ros()
 
@@ -41,7 +41,7 @@ def running_master() -> Iterator[str]:
     """A real master on a port of its own; its URI."""
     import rosgraph
 
-    from frobs_ros.environment import child_variables
+    from frobs_ros.ros.environment import child_variables
 
     uri = f"http://127.0.0.1:{free_port()}"
     environment = {**child_variables(), "ROS_MASTER_URI": uri, "ROS_IP": "127.0.0.1"}
@@ -169,7 +169,7 @@ def own_master(rosmaster: str) -> Iterator[str]:
         patch.delenv("DISPLAY", raising=False)
         patch.delenv("FROBS_ROS_BACKEND", raising=False)
         yield rosmaster
-    from frobs_ros import processes
+    from frobs_ros.ros import processes
 
     processes.stop(processes.owned())
 
@@ -187,7 +187,7 @@ def simulator(ros: None, request: pytest.FixtureRequest) -> str:
 def gazebo(own_master: str, simulator: str, monkeypatch_module: pytest.MonkeyPatch) -> Iterator[None]:
     """The bridge, paused, launched in gazebo_ros's place."""
     from frobs_ros.gazebo.launch import close_Gazebo, launch_Gazebo
-    from frobs_ros.log import or_raise
+    from frobs_ros.ros.log import or_raise
 
     monkeypatch_module.setenv("FROBS_ROS_BACKEND", f"bridge:{simulator}")
     assert or_raise(launch_Gazebo)(paused=True, gui=False, output="log", launch_new_term=False)
@@ -201,7 +201,7 @@ def world(gazebo: None) -> Iterator[None]:
     from gazebo_msgs.srv import GetWorldProperties
 
     from frobs_ros import ros_gazebo
-    from frobs_ros.services import call
+    from frobs_ros.ros.services import call
 
     ros_gazebo.gazebo_pause_physics()
     yield

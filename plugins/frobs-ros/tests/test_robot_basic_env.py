@@ -17,9 +17,10 @@ from gymnasium import spaces
 from gymnasium.utils.env_checker import check_env
 
 from frobs_core.util.errors import ConfigurationError, EnvironmentCopyError, ResetNeededError
-from frobs_ros import processes, ros_gazebo
+from frobs_ros import ros_gazebo
 from frobs_ros.errors import PackageNotFoundError, RosError
 from frobs_ros.robot_basic_env import RobotBasicEnv
+from frobs_ros.ros import processes
 
 CONTROLLERS = ["joint_state_controller", "arm_controller"]
 
@@ -94,7 +95,7 @@ def env(world: None) -> Iterator[ArmEnv]:
 def sim_time() -> float:
     from gazebo_msgs.srv import GetWorldProperties
 
-    from frobs_ros.services import call
+    from frobs_ros.ros.services import call
 
     return float(call("/gazebo/get_world_properties", GetWorldProperties).sim_time)
 
@@ -254,7 +255,7 @@ def test_an_error_in_a_hook_leaves_the_time_standing(env: ArmEnv, monkeypatch: p
 
 ALONE = """
 import os, signal, sys
-from frobs_ros import master, processes
+from frobs_ros.ros import master, processes
 from frobs_ros.errors import MasterError, RosError
 from frobs_ros.robot_basic_env import RobotBasicEnv
 

@@ -8,10 +8,11 @@ from typing import Any
 import pytest
 
 from frobs_core.util.errors import ConfigurationError
-from frobs_ros import master, processes, ros_gazebo
-from frobs_ros.backends import Launch, check, choose, command
+from frobs_ros import ros_gazebo
 from frobs_ros.gazebo.launch import find_world
-from frobs_ros.services import is_offered
+from frobs_ros.ros import master, processes
+from frobs_ros.ros.backends import Launch, check, choose, command
+from frobs_ros.ros.services import is_offered
 from frobs_ros.stand_ins import has_original
 
 PACKAGES = Path(__file__).parent / "packages"

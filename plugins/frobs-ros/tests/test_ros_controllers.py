@@ -8,7 +8,7 @@ import pytest
 
 from frobs_core.util.errors import ConfigurationError
 from frobs_ros import ros_controllers, ros_gazebo, ros_params
-from frobs_ros.log import or_raise
+from frobs_ros.ros.log import or_raise
 
 NS = "/one"
 BOTH = ["joint_state_controller", "arm_controller"]

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from frobs_core.util.files import cache_folder
-from frobs_ros.environment import child_variables, find_ros, set_variables
 from frobs_ros.errors import RosNotFoundError
-from frobs_ros.overlay import links_to_modules, make_overlay
+from frobs_ros.ros.environment import child_variables, find_ros, set_variables
+from frobs_ros.ros.overlay import links_to_modules, make_overlay
 
 
 def folder_of_debian(tmp_path: Path) -> Path:
@@ -77,7 +77,7 @@ def test_a_cache_that_cannot_be_written_is_an_error_with_advice(
 
 def test_overlays_stand_behind_everything_else_and_no_finder_is_installed(ros: None) -> None:
     code = (
-        "import sys; before = sys.path[:], sys.meta_path[:]; from frobs_ros.environment import use_ros; use_ros()\n"
+        "import sys; before = sys.path[:], sys.meta_path[:]; from frobs_ros.ros.environment import use_ros; use_ros()\n"
         "use_ros(); print(sys.path[:-2] == before[0] and sys.meta_path == before[1])\n"
         "import gazebo_msgs.msg"
     )
@@ -86,9 +86,7 @@ def test_overlays_stand_behind_everything_else_and_no_finder_is_installed(ros: N
 
 
 def test_the_environments_own_numpy_stays_in_front(ros: None) -> None:
-    code = (
-        "from frobs_ros.environment import use_ros; use_ros(); import numpy, yaml; print(numpy.__file__, yaml.__file__)"
-    )
+    code = "from frobs_ros.ros.environment import use_ros; use_ros(); import numpy, yaml; print(numpy.__file__, yaml.__file__)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert "/usr/lib/python3" not in done.stdout
 
@@ -106,7 +104,7 @@ def test_nothing_of_ros_is_imported_until_it_is_used() -> None:
 def test_a_machine_without_ros_is_told_what_to_install(tmp_path: Path) -> None:
     code = f"""
 from pathlib import Path
-from frobs_ros import environment
+from frobs_ros.ros import environment
 environment.DISTRIBUTION = environment.SYSTEM = Path({str(tmp_path)!r})
 from frobs_ros.ros_gazebo import gazebo_pause_physics
 gazebo_pause_physics()

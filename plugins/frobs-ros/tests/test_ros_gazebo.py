@@ -26,7 +26,7 @@ pytestmark = pytest.mark.usefixtures("world")
 def sim_time() -> float:
     from gazebo_msgs.srv import GetWorldProperties
 
-    from frobs_ros.services import call
+    from frobs_ros.ros.services import call
 
     return float(call("/gazebo/get_world_properties", GetWorldProperties).sim_time)
 

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from frobs_ros import nodes, processes, ros_launch
+from frobs_ros import ros_launch
+from frobs_ros.ros import nodes, processes
 
 LAUNCH = Path(__file__).parent / "packages" / "tiny_arm" / "launch"
 

@@ -11,13 +11,13 @@ from pathlib import Path
 
 import pytest
 
-from frobs_ros.guard import descendants
+from frobs_ros.ros.guard import descendants
 
 PACKAGES = Path(__file__).parent / "packages"
 FUNCTIONS = """
 from frobs_ros import ros_gazebo, ros_launch, ros_node, ros_spawn
-from frobs_ros.environment import use_ros
-from frobs_ros.log import or_raise
+from frobs_ros.ros.environment import use_ros
+from frobs_ros.ros.log import or_raise
 
 or_raise(ros_gazebo.launch_Gazebo)(gui=False, launch_new_term=False)  # and a master, as there is none
 or_raise(ros_spawn.spawn_model_in_gazebo)(
@@ -31,8 +31,8 @@ rospy.init_node("session", disable_signals=True)
 """
 COMMANDS = """
 import sys
-from frobs_ros import master, nodes, processes
-from frobs_ros.services import is_offered
+from frobs_ros.ros import master, nodes, processes
+from frobs_ros.ros.services import is_offered
 
 master.ensure()
 frobs = [sys.executable, "-m", "frobs_cli", "ros"]
@@ -114,7 +114,7 @@ def test_what_functions_start_listens_on_the_loopback_address_alone(
         "-c",
         "rosmaster",
         "frobs_ros.bridge",
-        "frobs_ros.state_publisher",
+        "frobs_ros.ros.state_publisher",
         "roslaunch",
         "talk.py",
         "__name:=speaker",

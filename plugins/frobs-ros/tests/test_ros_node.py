@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from frobs_ros import master, nodes, processes, ros_node
+from frobs_ros import ros_node
+from frobs_ros.ros import master, nodes, processes
 
 PACKAGES = Path(__file__).parent / "packages"
 
@@ -62,7 +63,7 @@ def test_all_our_nodes_are_killed_and_no_other() -> None:
     assert ros_node.ros_node_from_pkg("tiny_arm", "talk.py", name="one", output=None)
     assert ros_node.ros_node_from_pkg("tiny_arm", "talk.py", name="two", output="log")
     program = ros_node.find_node("tiny_arm", "talk.py")
-    from frobs_ros.environment import child_variables
+    from frobs_ros.ros.environment import child_variables
 
     foreign = subprocess.Popen([program, "__name:=foreign"], env=child_variables())
     try:
@@ -121,7 +122,7 @@ def test_a_node_needs_a_master_and_starts_one_when_told_to(
 
 
 def test_a_master_of_somebody_else_is_not_killed(lonely: str, reasons: Callable[[], str]) -> None:
-    from frobs_ros.environment import child_variables
+    from frobs_ros.ros.environment import child_variables
 
     foreign = subprocess.Popen(["rosmaster", "--core", "-p", lonely.rpartition(":")[2]], env=child_variables())
     try:
@@ -140,7 +141,8 @@ def test_a_master_of_somebody_else_is_not_killed(lonely: str, reasons: Callable[
 @pytest.mark.slow
 def test_our_own_master_and_all_else_that_is_ours_is_killed(ros: None) -> None:
     script = """
-from frobs_ros import master, processes, ros_node
+from frobs_ros.ros import master, processes
+from frobs_ros import ros_node
 assert master.ensure() is not None
 assert ros_node.ros_node_from_pkg("tiny_arm", "talk.py", launch_new_term=False)
 assert ros_node.ros_kill_master() is True

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from frobs_ros.parameter_server import parameter_server
+from frobs_ros.ros.parameter_server import parameter_server
 
 
 def test_without_a_master_there_is_no_parameter_server(lonely: str) -> None:

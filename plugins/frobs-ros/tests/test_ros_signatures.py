@@ -12,8 +12,9 @@ import pytest
 import yaml
 
 from frobs_cli.parameters import descriptions
-from frobs_ros import backends, robot_settings
+from frobs_ros import robot_settings
 from frobs_ros.robot_basic_env import RobotBasicEnv
+from frobs_ros.ros import backends
 
 _TIMES = "ns=None, strictness=1, start_asap=False, timeout=3.0"
 _PLACE = "pos_x=0.0, pos_y=0.0, pos_z=0.0"

@@ -4,7 +4,8 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from frobs_ros import nodes, processes, ros_controllers, ros_gazebo, ros_node, ros_spawn, ros_urdf
+from frobs_ros import ros_controllers, ros_gazebo, ros_node, ros_spawn, ros_urdf
+from frobs_ros.ros import nodes, processes
 
 pytestmark = pytest.mark.usefixtures("world")
 

@@ -13,7 +13,7 @@ import pytest
 # Launches a simulation, lets a ball fall that many steps, and does what it is told, line by line.
 PROGRAM = """
 import sys
-from frobs_ros.environment import use_ros
+from frobs_ros.ros.environment import use_ros
 use_ros()
 import rospy
 from gazebo_msgs.srv import GetModelState, GetWorldProperties, SpawnModel
@@ -21,8 +21,8 @@ from geometry_msgs.msg import Pose
 from frobs_msgs.srv import StepWorld
 from frobs_ros import ros_node
 from frobs_ros.gazebo.launch import close_Gazebo, launch_Gazebo
-from frobs_ros.log import or_raise
-from frobs_ros.services import call
+from frobs_ros.ros.log import or_raise
+from frobs_ros.ros.services import call
 
 MASS = "<inertial><mass>1</mass><inertia><ixx>.1</ixx><iyy>.1</iyy><izz>.1</izz></inertia></inertial>"
 BALL = f"<sdf version='1.6'><model name='ball'><link name='link'>{MASS}</link></model></sdf>"

@@ -16,13 +16,13 @@ from typing import Any, ClassVar
 import gymnasium as gym
 
 from frobs_core.util.errors import EnvironmentCopyError, ResetNeededError
-from frobs_ros import master, processes
-from frobs_ros.environment import use_ros
 from frobs_ros.gazebo import launch, physics, world
-from frobs_ros.interrupts import interruptible
-from frobs_ros.log import LOG, constructing, or_raise, refused
-from frobs_ros.names import join
 from frobs_ros.robot_settings import RobotSettings
+from frobs_ros.ros import master, processes
+from frobs_ros.ros.environment import use_ros
+from frobs_ros.ros.interrupts import interruptible
+from frobs_ros.ros.log import LOG, constructing, or_raise, refused
+from frobs_ros.ros.names import join
 from frobs_ros.ros_controllers import reset_controllers_srv
 from frobs_ros.ros_spawn import spawn_model_in_gazebo
 

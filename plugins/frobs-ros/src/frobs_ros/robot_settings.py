@@ -8,7 +8,7 @@ from typing import Any
 
 from frobs_core.util.errors import MissingSettingError, ParameterValueError
 from frobs_ros.gazebo.poses import orientation, position
-from frobs_ros.log import LOG
+from frobs_ros.ros.log import LOG
 
 LAUNCH: Mapping[str, str] = {
     "gazebo_init_paused": "paused",

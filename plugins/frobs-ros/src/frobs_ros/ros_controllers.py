@@ -10,11 +10,11 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from frobs_core.util.errors import ParameterValueError
-from frobs_ros.environment import use_ros
 from frobs_ros.errors import ServiceError
-from frobs_ros.log import answers, or_raise
-from frobs_ros.names import join
-from frobs_ros.services import call
+from frobs_ros.ros.environment import use_ros
+from frobs_ros.ros.log import answers, or_raise
+from frobs_ros.ros.names import join
+from frobs_ros.ros.services import call
 
 _PAUSE = 0.05
 STRICTNESS = {1: "best effort", 2: "strict"}
@@ -200,7 +200,7 @@ def _loaded(ns: str | None) -> str:
 def _why_not_loaded(controller: str, ns: str | None) -> str:
     from controller_manager_msgs.srv import ListControllerTypes
 
-    from frobs_ros.master import connect
+    from frobs_ros.ros.master import connect
 
     parameter = join(ns, controller, "type")
     master = connect()

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from frobs_core.util.errors import MissingFileError, ParameterValueError
-from frobs_ros import master, nodes, processes
 from frobs_ros.errors import ProcessError
-from frobs_ros.log import LOG, answers
-from frobs_ros.packages import find_anywhere
+from frobs_ros.ros import master, nodes, processes
+from frobs_ros.ros.log import LOG, answers
+from frobs_ros.ros.packages import find_anywhere
 
 START_TIMEOUT = 30.0
 """Maximum time to wait for the first node of a launch file [s]."""

@@ -11,13 +11,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from frobs_core.util.errors import ParameterValueError
-from frobs_ros import master, nodes, processes
-from frobs_ros.environment import child_variables, find_ros, link_modules
 from frobs_ros.errors import MasterError, PackageNotFoundError, RosError
-from frobs_ros.log import LOG, answers
-from frobs_ros.names import join
-from frobs_ros.overlay import links_to_messages, make_overlay
-from frobs_ros.packages import find_package
+from frobs_ros.ros import master, nodes, processes
+from frobs_ros.ros.environment import child_variables, find_ros, link_modules
+from frobs_ros.ros.log import LOG, answers
+from frobs_ros.ros.names import join
+from frobs_ros.ros.overlay import links_to_messages, make_overlay
+from frobs_ros.ros.packages import find_package
 
 START_TIMEOUT = 15.0
 """Maximum time to wait for a node to register with the master, or to end on request [s]."""
@@ -164,7 +164,7 @@ def start_node(
     """Start a node, and return when the node is registered with the master.
 
     Args:
-        kind: Kind of the process, as in :class:`frobs_ros.processes.Process`.
+        kind: Kind of the process, as in :class:`frobs_ros.ros.processes.Process`.
         command: Program of the node, preceded by an interpreter if necessary.
         name: Name of the node in the ROS graph. Defaults to the node's own name.
         ns: Namespace of the node.

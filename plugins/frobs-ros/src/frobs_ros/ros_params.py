@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from frobs_core.util.errors import ConfigFileError
-from frobs_ros.log import answers
-from frobs_ros.master import connect
-from frobs_ros.names import join
-from frobs_ros.packages import find_file
+from frobs_ros.ros.log import answers
+from frobs_ros.ros.master import connect
+from frobs_ros.ros.names import join
+from frobs_ros.ros.packages import find_file
 
 
 @answers(False)

@@ -9,9 +9,9 @@ from frobs_core.util.errors import ParameterValueError
 from frobs_ros.errors import MasterError
 from frobs_ros.gazebo.poses import orientation
 from frobs_ros.gazebo.spawn import gazebo_spawn_urdf_string
-from frobs_ros.log import answers, or_raise
-from frobs_ros.master import connect, master_uri
-from frobs_ros.names import join
+from frobs_ros.ros.log import answers, or_raise
+from frobs_ros.ros.master import connect, master_uri
+from frobs_ros.ros.names import join
 from frobs_ros.ros_controllers import spawn_controllers_srv
 from frobs_ros.ros_node import start_node
 from frobs_ros.ros_params import ros_load_yaml_from_pkg
@@ -27,7 +27,7 @@ def init_robot_state_pub(
 ) -> bool:
     """Start a robot_state_publisher, which publishes the poses of a robot's links on tf.
 
-    The parameter ``<namespace>/robot_description`` must exist. The node is :mod:`frobs_ros.state_publisher`, which
+    The parameter ``<namespace>/robot_description`` must exist. The node is :mod:`frobs_ros.ros.state_publisher`, which
     behaves like ROS's own robot_state_publisher.
     """
     description = join(namespace, _DESCRIPTION)
@@ -38,7 +38,7 @@ def init_robot_state_pub(
     if max_pub_freq is not None and not max_pub_freq > 0:
         raise ParameterValueError("max_pub_freq", max_pub_freq, "above 0 [Hz]")
     rate = (f"_publish_frequency:={max_pub_freq}",) if max_pub_freq is not None else ()
-    node = [sys.executable, "-m", "frobs_ros.state_publisher"]
+    node = [sys.executable, "-m", "frobs_ros.ros.state_publisher"]
     start_node("state publisher", node, name=_STATE_PUBLISHER, ns=namespace, terminal=launch_new_term, remaps=rate)
     return True
 

@@ -11,10 +11,10 @@ from pathlib import Path
 
 from frobs_core.util.errors import ModelFileError, ParameterValueError
 from frobs_models import expand_xacro, parse_xml
-from frobs_ros.log import answers
-from frobs_ros.master import connect
-from frobs_ros.names import join
-from frobs_ros.packages import RosPackages, find_file
+from frobs_ros.ros.log import answers
+from frobs_ros.ros.master import connect
+from frobs_ros.ros.names import join
+from frobs_ros.ros.packages import RosPackages, find_file
 
 
 @answers(False)

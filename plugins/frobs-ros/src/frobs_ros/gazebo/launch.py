@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from frobs_core.util.errors import MissingFileError, MissingSettingError, ParameterValueError
-from frobs_ros import backends, master, processes
 from frobs_ros.errors import ProcessError
-from frobs_ros.log import answers
-from frobs_ros.packages import find_anywhere
-from frobs_ros.services import is_offered
+from frobs_ros.ros import backends, master, processes
+from frobs_ros.ros.log import answers
+from frobs_ros.ros.packages import find_anywhere
+from frobs_ros.ros.services import is_offered
 
 LAUNCH_TIMEOUT = 120.0
 """Maximum time to wait for the simulation to respond [s]."""

@@ -9,10 +9,10 @@ import math
 from typing import Any
 
 from frobs_core.util.errors import ParameterValueError
-from frobs_ros.environment import use_ros
 from frobs_ros.errors import ServiceError
-from frobs_ros.log import answers
-from frobs_ros.services import call
+from frobs_ros.ros.environment import use_ros
+from frobs_ros.ros.log import answers
+from frobs_ros.ros.services import call
 
 _GET, _SET = "/gazebo/get_physics_properties", "/gazebo/set_physics_properties"
 

@@ -11,14 +11,14 @@ from functools import wraps
 from pathlib import Path
 from typing import Any
 
-from frobs_ros.environment import use_ros
 from frobs_ros.errors import MasterError, ServiceError
 from frobs_ros.gazebo.poses import pose_message
-from frobs_ros.log import answers
-from frobs_ros.master import connect, master_uri
-from frobs_ros.packages import find_file
+from frobs_ros.ros.environment import use_ros
+from frobs_ros.ros.log import answers
+from frobs_ros.ros.master import connect, master_uri
+from frobs_ros.ros.packages import find_file
+from frobs_ros.ros.services import call
 from frobs_ros.ros_urdf import parse_model
-from frobs_ros.services import call
 
 
 def _spawn(

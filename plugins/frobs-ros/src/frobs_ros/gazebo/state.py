@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from frobs_core.util.errors import ParameterValueError
-from frobs_ros.environment import use_ros
 from frobs_ros.errors import ServiceError
 from frobs_ros.gazebo.poses import pose_message, position
-from frobs_ros.log import answers
-from frobs_ros.services import call
+from frobs_ros.ros.environment import use_ros
+from frobs_ros.ros.log import answers
+from frobs_ros.ros.services import call
 
 _GET, _SET = "/gazebo/get_model_state", "/gazebo/set_model_state"
 

@@ -9,10 +9,10 @@ import time
 from typing import Any
 
 from frobs_core.util.errors import ParameterValueError
-from frobs_ros.environment import child_variables, use_ros
 from frobs_ros.errors import ProcessError, ServiceError
-from frobs_ros.log import answers
-from frobs_ros.services import call, is_offered, patience
+from frobs_ros.ros.environment import child_variables, use_ros
+from frobs_ros.ros.log import answers
+from frobs_ros.ros.services import call, is_offered, patience
 
 _STEP = "/gazebo/step"
 _POLL = 0.0005
@@ -78,7 +78,7 @@ def gazebo_delete_model(model_name: str) -> bool:
 
 def is_stepper_offered() -> bool:
     """Return whether the simulation offers the bridge's step service, which responds after the last step."""
-    from frobs_ros.services import is_open
+    from frobs_ros.ros.services import is_open
 
     return is_open(_STEP) or is_offered(_STEP)
 

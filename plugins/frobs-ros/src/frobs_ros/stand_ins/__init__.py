@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 from frobs_ros.errors import PackageNotFoundError
-from frobs_ros.packages import find_package
+from frobs_ros.ros.packages import find_package
 
 STAND_INS = Path(__file__).parent
 

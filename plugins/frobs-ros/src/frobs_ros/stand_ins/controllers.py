@@ -11,11 +11,12 @@ from typing import Any
 
 from frobs_core.util.errors import FrobsError
 from frobs_core.util.yaml import load_yaml
-from frobs_ros import ros_controllers, services
-from frobs_ros.environment import use_ros
-from frobs_ros.log import or_raise
-from frobs_ros.master import require
-from frobs_ros.names import join
+from frobs_ros import ros_controllers
+from frobs_ros.ros import services
+from frobs_ros.ros.environment import use_ros
+from frobs_ros.ros.log import or_raise
+from frobs_ros.ros.master import require
+from frobs_ros.ros.names import join
 from frobs_ros.stand_ins import arguments
 
 _LISTS = ("list", "list-types", "reload-libraries")

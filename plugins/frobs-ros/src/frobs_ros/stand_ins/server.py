@@ -9,7 +9,7 @@ from pathlib import Path
 
 from frobs_core.util.errors import ConfigurationError, FrobsError, MissingFileError, ParameterValueError
 from frobs_models import path_folders
-from frobs_ros import backends
+from frobs_ros.ros import backends
 from frobs_ros.stand_ins import arguments
 
 _EMPTY = ("", "empty.world", "worlds/empty.world")

@@ -10,12 +10,12 @@ from typing import Any
 from frobs_core.util.errors import FrobsError, MissingFileError
 from frobs_core.util.rotations import quat_from_rpy
 from frobs_models import path_folders
-from frobs_ros.environment import use_ros
 from frobs_ros.errors import MasterError, ServiceError
 from frobs_ros.gazebo.poses import pose_message
 from frobs_ros.gazebo.spawn import RefusedError
-from frobs_ros.master import master_uri, require
-from frobs_ros.services import call, wait_for
+from frobs_ros.ros.environment import use_ros
+from frobs_ros.ros.master import master_uri, require
+from frobs_ros.ros.services import call, wait_for
 from frobs_ros.stand_ins import arguments
 
 _TIMEOUT = 60.0

@@ -12,15 +12,15 @@ from frobs_core.kernel.robot_config import RobotConfig
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.controllers.manager import ControllerManager
-from frobs_ros.bridge.furnish import add_manager
+from frobs_ros.bridge.differential_drive import Base
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.plugins.drive import Drive, DriveSettings
+from frobs_ros.bridge.model_components import add_manager
+from frobs_ros.bridge.plugins.differential_drive import DrivePlugin, DriveSettings
 from frobs_ros.bridge.plugins.sensors import Scan
 from frobs_ros.bridge.poses import WORLD
 from frobs_ros.bridge.sdf import WorldFile
 from frobs_ros.bridge.transforms import Transforms
 from frobs_ros.bridge.urdf import describe_robot, with_file_uris
-from frobs_ros.bridge.wheels import Base
 
 LOG = logging.getLogger("frobs.bridge")
 
@@ -41,7 +41,7 @@ def read_robot(robot: str, name: str, namespace: str) -> tuple[Model, Robot]:
     return Model(name or description.name, namespace.strip("/"), describe_robot(description), WORLD), description
 
 
-def stand_up(bridge: Bridge, model: Model, description: Robot) -> None:
+def set_up_robot(bridge: Bridge, model: Model, description: Robot) -> None:
     """Add a robot to the world, with the ROS interfaces that clients expect.
 
     Call this function from the simulation thread, or before the thread starts.
@@ -68,7 +68,7 @@ def stand_up(bridge: Bridge, model: Model, description: Robot) -> None:
     bridge.extend(model.name, _components(bridge, model, description, prefix))
 
 
-def fill(bridge: Bridge, file: WorldFile) -> None:
+def add_models(bridge: Bridge, file: WorldFile) -> None:
     """Add the models of a world file to the world.
 
     Call this function from the simulation thread, or before the thread starts.
@@ -105,7 +105,7 @@ def _components(bridge: Bridge, model: Model, robot: Robot, prefix: str) -> Sequ
         settings = DriveSettings(
             command=f"{prefix}/cmd_vel", odom=f"{prefix}/odom", frame="odom", child=root, rate=50.0
         )
-        components.append(Drive(bridge.world, model, base, settings))
+        components.append(DrivePlugin(bridge.world, model, base, settings))
     for name, lidar in robot.lidars.items():
         components.append(Scan(model, name, f"{prefix}/{'scan' if len(robot.lidars) == 1 else name}", lidar.frame))
     if not model.description.has_transmissions:

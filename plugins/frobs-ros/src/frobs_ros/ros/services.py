@@ -7,10 +7,10 @@ import threading
 import time
 from typing import Any
 
-from frobs_ros import processes
-from frobs_ros.environment import use_ros
 from frobs_ros.errors import MasterError, ServiceError
-from frobs_ros.master import master_uri
+from frobs_ros.ros import processes
+from frobs_ros.ros.environment import use_ros
+from frobs_ros.ros.master import master_uri
 
 _PAUSE = 0.05
 LASTING = "/gazebo/"

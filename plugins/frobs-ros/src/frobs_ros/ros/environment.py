@@ -16,9 +16,9 @@ from pathlib import Path
 from urllib.parse import urlparse
 
 from frobs_core.util.install_hints import local_install_hint
-from frobs_ros import interrupts
 from frobs_ros.errors import RosNotFoundError
-from frobs_ros.overlay import links_to_messages, links_to_modules, make_overlay
+from frobs_ros.ros import interrupts
+from frobs_ros.ros.overlay import links_to_messages, links_to_modules, make_overlay
 
 DISTRIBUTION = Path("/opt/ros/noetic")
 SYSTEM = Path("/usr")

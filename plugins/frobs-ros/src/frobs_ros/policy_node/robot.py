@@ -15,13 +15,13 @@ from frobs_core.contracts import CommandMode
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ConfigurationError, MissingSettingError
 from frobs_core.util.rotations import quat_rotate
-from frobs_ros.environment import use_ros
 from frobs_ros.errors import ControllerError, RosError
-from frobs_ros.master import connect
-from frobs_ros.mirror import Command, Mirror, State
-from frobs_ros.processes import wait_for
-from frobs_ros.scans import rays_of
-from frobs_ros.services import call, is_offered
+from frobs_ros.policy_node.mirror import Command, Mirror, State
+from frobs_ros.policy_node.scans import rays_of
+from frobs_ros.ros.environment import use_ros
+from frobs_ros.ros.master import connect
+from frobs_ros.ros.processes import wait_for
+from frobs_ros.ros.services import call, is_offered
 
 _PATIENCE = 5.0
 """Maximum time for sending the last command [s]."""

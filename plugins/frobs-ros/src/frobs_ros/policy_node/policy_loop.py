@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import FrobsError
 from frobs_deploy import Policy
-from frobs_ros.mirror import Mirror, State
+from frobs_ros.policy_node.mirror import Mirror, State
 
 if TYPE_CHECKING:
-    from frobs_ros.ros_robot import RosRobot
+    from frobs_ros.policy_node.robot import RosRobot
 
 _POLL = 0.001
 """Time between two reads of the ROS clock [s]. The clock does not advance while a simulation is paused."""

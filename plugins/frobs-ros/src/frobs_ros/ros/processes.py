@@ -1,6 +1,6 @@
 """Starts and ends child processes. This module never ends processes that were not started by this process.
 
-Each child process runs under a guard (:mod:`frobs_ros.guard`). The guard ends the child process and all its descendants
+Each child process runs under a guard (:mod:`frobs_ros.ros.guard`). The guard ends the child process and all its descendants
 on request, or when the process that started them ends for any reason, including ``kill -9``.
 """
 
@@ -20,10 +20,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from pathlib import Path
 
-from frobs_ros.environment import child_variables
 from frobs_ros.errors import ProcessError
-from frobs_ros.guard import descendants
-from frobs_ros.log import LOG
+from frobs_ros.ros.environment import child_variables
+from frobs_ros.ros.guard import descendants
+from frobs_ros.ros.log import LOG
 
 _GUARD = Path(__file__).with_name("guard.py")
 _TAIL = 2_000

@@ -11,12 +11,12 @@ from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.controllers.manager import ControllerManager
 from frobs_ros.bridge.controllers.types import TYPES
-from frobs_ros.bridge.extras import LIDARS, Plugin, read_plugins
+from frobs_ros.bridge.gazebo_elements import LIDARS, Plugin, read_plugins
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.plugins.cameras import CameraTopics
 from frobs_ros.bridge.plugins.contacts import BumperTopic
 from frobs_ros.bridge.plugins.depth import DepthTopics
-from frobs_ros.bridge.plugins.drive import Drive, read_diff_drive, read_kobuki, topic
+from frobs_ros.bridge.plugins.differential_drive import DrivePlugin, read_diff_drive, read_kobuki, topic
 from frobs_ros.bridge.plugins.imu import ImuTopic, read_imu, read_imu_sensor
 from frobs_ros.bridge.plugins.sensors import Scan, Truth
 from frobs_ros.errors import GazeboElementError
@@ -24,7 +24,7 @@ from frobs_ros.errors import GazeboElementError
 LOG = logging.getLogger("frobs.bridge")
 
 
-def furnish(bridge: Bridge, model: Model) -> Sequence[Component]:
+def make_components(bridge: Bridge, model: Model) -> Sequence[Component]:
     """Create the components of a new model.
 
     Call this function from the simulation thread, or before the thread starts.
@@ -105,10 +105,10 @@ def _truth(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> Componen
 
 PLUGINS: dict[str, Callable[[Bridge, Model, Plugin, str], Component]] = {
     "gazebo_ros_control": lambda bridge, model, plugin, space: add_manager(bridge, model, space),
-    "gazebo_ros_diff_drive": lambda bridge, model, plugin, space: Drive(
+    "gazebo_ros_diff_drive": lambda bridge, model, plugin, space: DrivePlugin(
         bridge.world, model, *read_diff_drive(plugin, model, space)
     ),
-    "gazebo_ros_kobuki": lambda bridge, model, plugin, space: Drive(
+    "gazebo_ros_kobuki": lambda bridge, model, plugin, space: DrivePlugin(
         bridge.world, model, *read_kobuki(plugin, model, space)
     ),
     "gazebo_ros_joint_state_publisher": _joint_states,

@@ -19,9 +19,9 @@ from frobs_core.util.errors import (
     MissingSettingError,
     ParameterValueError,
 )
-from frobs_ros.environment import child_variables
 from frobs_ros.errors import ProcessError
-from frobs_ros.log import LOG
+from frobs_ros.ros.environment import child_variables
+from frobs_ros.ros.log import LOG
 from frobs_ros.stand_ins import has_original
 
 VARIABLE = "FROBS_ROS_BACKEND"
@@ -90,7 +90,7 @@ def choose() -> str:
     Raises:
         ConfigurationError: The selected backend does not exist.
     """
-    from frobs_ros.master import connect, is_online
+    from frobs_ros.ros.master import connect, is_online
 
     chosen = os.environ.get(VARIABLE, "")
     if not chosen and is_online():

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from frobs_models import Packages, package_name, packages_below, path_folders
-from frobs_ros.environment import find_ros
 from frobs_ros.errors import PackageNotFoundError
+from frobs_ros.ros.environment import find_ros
 
 
 def find_package(name: str) -> Path:

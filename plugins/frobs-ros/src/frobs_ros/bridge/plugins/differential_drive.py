@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from frobs_core.contracts import CommandMode
 from frobs_core.util.errors import check_name
 from frobs_core.util.rotations import quat_conjugate
-from frobs_ros.bridge.extras import Plugin
+from frobs_ros.bridge.differential_drive import Base, Driver, Driving
+from frobs_ros.bridge.gazebo_elements import Plugin
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.poses import Motion, Place
-from frobs_ros.bridge.wheels import Base, Driver, Driving
 from frobs_ros.bridge.world import World
 from frobs_ros.errors import GazeboElementError
 
@@ -122,7 +122,7 @@ def _base(
     )
 
 
-class Drive(Driving):
+class DrivePlugin(Driving):
     """A differential drive."""
 
     def __init__(self, world: World, model: Model, base: Base, settings: DriveSettings) -> None:
@@ -150,5 +150,5 @@ class Drive(Driving):
         robot = self._model.robot
         assert robot is not None
         for column in self._wheels:
-            self._model.drive.set_mode(column, CommandMode.VELOCITY, robot)
+            self._model.joint_targets.set_mode(column, CommandMode.VELOCITY, robot)
         self._driver.start(world)

@@ -6,9 +6,9 @@ import socket
 from typing import Any
 from urllib.parse import urlparse
 
-from frobs_ros.environment import use_ros
 from frobs_ros.errors import RosNotFoundError
-from frobs_ros.master import is_online, master_uri
+from frobs_ros.ros.environment import use_ros
+from frobs_ros.ros.master import is_online, master_uri
 
 _TIMEOUT = 1.0
 

@@ -12,9 +12,9 @@ from frobs_core.util.arrays import Floats
 from frobs_core.util.rotations import quat_conjugate, quat_multiply, quat_rotate
 
 if TYPE_CHECKING:
-    from frobs_ros.mirror import Mirror
-    from frobs_ros.policy_loop import Report
-    from frobs_ros.ros_robot import RosRobot
+    from frobs_ros.policy_node.mirror import Mirror
+    from frobs_ros.policy_node.policy_loop import Report
+    from frobs_ros.policy_node.robot import RosRobot
 
 PATH, MARKERS = "path", "visualization_marker_array"
 """Topic names, relative to the robot's namespace."""

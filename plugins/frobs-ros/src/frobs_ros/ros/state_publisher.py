@@ -1,7 +1,7 @@
 """Publishes the poses of a robot's links on tf, like ROS's robot_state_publisher 1.15.
 
 ROS's publisher is written in C++, and roscpp listens on every network interface, regardless of ROS_IP and ROS_HOSTNAME.
-The replacement ``python -m frobs_ros.state_publisher`` respects both variables, and supports the parameters
+The replacement ``python -m frobs_ros.ros.state_publisher`` respects both variables, and supports the parameters
 ``robot_description``, ``tf_prefix``, ``~publish_frequency``, ``~use_tf_static`` and ``~ignore_timestamp``, and the
 topics ``joint_states``, ``/tf`` and ``/tf_static``.
 """
@@ -21,10 +21,10 @@ from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import FrobsError, ParameterValueError
 from frobs_core.util.rotations import quat_from_axis_angle, quat_multiply, quat_rotate
 from frobs_models import check_tree, check_unique, flatten_mimics, parse_xml, read_joint
-from frobs_ros.environment import use_ros
 from frobs_ros.errors import MasterError
-from frobs_ros.master import master_uri, require
-from frobs_ros.names import join
+from frobs_ros.ros.environment import use_ros
+from frobs_ros.ros.master import master_uri, require
+from frobs_ros.ros.names import join
 
 NAME = "robot_state_publisher"
 """Default name of the node."""

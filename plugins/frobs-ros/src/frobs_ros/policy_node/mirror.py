@@ -32,7 +32,7 @@ class MeasuredLidar(Lidar):
     """
 
     type_name: ClassVar[str] = "measured lidar"
-    instrument: ClassVar[str] = "frobs_ros.mirror:Measured"
+    instrument: ClassVar[str] = "frobs_ros.policy_node.mirror:Measured"
     needs: ClassVar[str] = ""
 
     reading: Floats = field(compare=False, repr=False)

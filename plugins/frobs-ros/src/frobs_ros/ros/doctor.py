@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from frobs_core.util.errors import FrobsError
-from frobs_ros.environment import child_variables, find_ros, use_ros
 from frobs_ros.errors import PackageNotFoundError
-from frobs_ros.packages import find_package
+from frobs_ros.ros.environment import child_variables, find_ros, use_ros
+from frobs_ros.ros.packages import find_package
 
 _Row = tuple[str, str, str, bool]
 _VERSION = re.compile(r"<version>\s*([^<\s]+)\s*</version>")
@@ -89,7 +89,7 @@ class RosReport:
         usable: Whether frobs-ros can be used.
         prefix: Folder of the ROS installation, or an empty string if ROS is not installed.
         python: Version of the running Python interpreter.
-        linked: Whether Python can import rospy without :func:`frobs_ros.environment.use_ros`.
+        linked: Whether Python can import rospy without :func:`frobs_ros.ros.environment.use_ros`.
         missing: Debian packages that contain the missing parts.
         advice: Recommendations, each in one line.
     """
@@ -112,7 +112,7 @@ def examine_ros() -> RosReport:
     """
     from importlib.machinery import PathFinder
 
-    from frobs_ros.master import is_online, master_uri
+    from frobs_ros.ros.master import is_online, master_uri
 
     linked = PathFinder.find_spec("rospy") is not None
     installation = find_ros()

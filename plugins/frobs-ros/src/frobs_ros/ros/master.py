@@ -8,9 +8,9 @@ import xmlrpc.client
 from typing import Any, cast
 from urllib.parse import urlparse
 
-from frobs_ros import processes
-from frobs_ros.environment import MASTER_URI, is_local, use_ros
 from frobs_ros.errors import MasterError
+from frobs_ros.ros import processes
+from frobs_ros.ros.environment import MASTER_URI, is_local, use_ros
 
 START_TIMEOUT = 30.0
 """Maximum time to wait for a ROS master to respond [s]."""

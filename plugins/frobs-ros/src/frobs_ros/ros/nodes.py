@@ -5,9 +5,9 @@ from __future__ import annotations
 import xmlrpc.client
 from typing import Any
 
-from frobs_ros import processes
 from frobs_ros.errors import MasterError, RosError
-from frobs_ros.master import connect, master_uri
+from frobs_ros.ros import processes
+from frobs_ros.ros.master import connect, master_uri
 
 _TIMEOUT = 3.0
 _CALLER = "/frobs"

@@ -13,7 +13,7 @@ from frobs_core.util.arrays import Floats
 _POSITION, _VELOCITY, _EFFORT = CommandMode.POSITION, CommandMode.VELOCITY, CommandMode.EFFORT
 
 
-class Drive:
+class JointTargets:
     """Joint targets of a robot, with a command mode for each joint, plus additional efforts.
 
     A FRobs robot has one command mode for all joints. If the joints' modes differ, all joints are commanded by

@@ -92,7 +92,7 @@ class Driver:
             for present, wanted, (most, change) in zip(self._present, self._wanted, limits, strict=True)
         )
         self._present = linear, angular
-        targets = self._model.drive.targets
+        targets = self._model.joint_targets.targets
         targets[list(base.left)] = (linear - angular * base.separation / 2.0) / base.radius
         targets[list(base.right)] = (linear + angular * base.separation / 2.0) / base.radius
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from frobs_core.description import Camera
 from frobs_core.util.rotations import quat_rotate
-from frobs_ros.bridge.extras import SensorElement
+from frobs_ros.bridge.gazebo_elements import SensorElement
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.poses import Place, place_of
 
@@ -27,7 +27,7 @@ _MOST_PIXELS = 8192  # in each direction
 
 
 @dataclass(frozen=True)
-class Lens:
+class CameraOptics:
     """Image parameters of a ``<camera>`` element.
 
     Attributes:
@@ -62,7 +62,7 @@ class Lens:
         return math.degrees(2.0 * math.atan(0.5 * self.height / self.focal_length))
 
 
-def read_lens(sensor: SensorElement) -> Lens:
+def read_optics(sensor: SensorElement) -> CameraOptics:
     """Read a sensor's ``<camera>`` element, using SDF's default values for missing settings.
 
     Raises:
@@ -85,7 +85,9 @@ def read_lens(sensor: SensorElement) -> Lens:
     noise = sensor.number("camera/noise/mean", 0.0), sensor.number("camera/noise/stddev", 0.0)
     if not noise[1] >= 0.0:
         raise sensor.error(f"the standard deviation of the noise is {noise[1]:g}; it must be at least 0.")
-    return Lens(round(width), round(height), fov, sensor.number("camera/clip/far", 100.0), ENCODINGS[given], noise)
+    return CameraOptics(
+        round(width), round(height), fov, sensor.number("camera/clip/far", 100.0), ENCODINGS[given], noise
+    )
 
 
 def camera_name(model: Model, sensor: SensorElement) -> str:
@@ -107,7 +109,7 @@ def make_camera(model: Model, sensor: SensorElement) -> Camera:
         frame, offset = f"{model.key}/{sensor.link}", model.description.offsets.get(sensor.link)
         place = sensor.place if offset is None else sensor.place.after(place_of(offset))
     pos, target, up = _looking(place)
-    return Camera(pos=pos, target=target, up=up, fov_y=read_lens(sensor).fov_y, frame=frame)
+    return Camera(pos=pos, target=target, up=up, fov_y=read_optics(sensor).fov_y, frame=frame)
 
 
 def _looking(place: Place) -> tuple[tuple[float, float, float], ...]:
