@@ -55,7 +55,7 @@ def _has_rosbag() -> bool:
 
 def _has_state_publisher() -> bool:
     from frobs_ros.errors import RosError
-    from frobs_ros.ros_node import find_node
+    from frobs_ros.ros.packages import find_node
 
     try:
         find_node("robot_state_publisher", "robot_state_publisher")

@@ -20,8 +20,8 @@ from frobs_core.models import load_model
 from frobs_core.models.kinematics import MOVING
 from frobs_core.plugins import get_record
 from frobs_core.util.errors import ModelFileError
+from frobs_ros.ros.packages import find_node
 from frobs_ros.ros.state_publisher import Frames, Pace, prefixed, read_joints
-from frobs_ros.ros_node import find_node
 
 MODULE = "frobs_ros.ros.state_publisher"
 ZOO = """<robot name="zoo">

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from frobs_core.util.files import cache_folder
+from frobs_rl_compat.stand_ins import missing_packages
 from frobs_ros import (
     RosInstallation,
     environment_has,
@@ -14,7 +15,6 @@ from frobs_ros import (
     links_to_messages,
     links_to_ros,
     make_overlay,
-    missing_packages,
     use_ros,
 )
 

@@ -1,7 +1,13 @@
 """Connects FRobs to ROS 1.
 
-This package provides FRobs_RL's functions and environments, runs simulations with Gazebo's ROS interface, and runs
-policies as ROS nodes.
+This package runs simulations with Gazebo's ROS interface, and policies as ROS nodes.
+
+    ros/             find ROS, start and end its processes, talk to its master, nodes and services
+    bridge/          any simulation with the topics and services of Gazebo
+    policy_node/     the node that runs a policy on a robot
+    messages/        types of messages that ROS does not provide
+    rviz/            configurations of RViz
+    cli/             commands
 """
 
 import sys
@@ -15,8 +21,6 @@ if TYPE_CHECKING:
     from frobs_ros.bridge.gazebo_elements import read_plugins as read_plugins
     from frobs_ros.bridge.urdf import gazebo_elements as gazebo_elements
     from frobs_ros.bridge.urdf import read_friction as read_friction
-    from frobs_ros.robot_basic_env import RobotBasicEnv as RobotBasicEnv
-    from frobs_ros.robot_settings import RobotSettings as RobotSettings
     from frobs_ros.ros.environment import RosInstallation as RosInstallation
     from frobs_ros.ros.environment import find_ros as find_ros
     from frobs_ros.ros.environment import links_to_ros as links_to_ros
@@ -24,11 +28,8 @@ if TYPE_CHECKING:
     from frobs_ros.ros.overlay import environment_has as environment_has
     from frobs_ros.ros.overlay import links_to_messages as links_to_messages
     from frobs_ros.ros.overlay import make_overlay as make_overlay
-    from frobs_ros.stand_ins import missing_packages as missing_packages
 
 _MODULES = {
-    "RobotBasicEnv": "frobs_ros.robot_basic_env",
-    "RobotSettings": "frobs_ros.robot_settings",
     "RosInstallation": "frobs_ros.ros.environment",
     "environment_has": "frobs_ros.ros.overlay",
     "find_ros": "frobs_ros.ros.environment",
@@ -36,7 +37,6 @@ _MODULES = {
     "links_to_messages": "frobs_ros.ros.overlay",
     "links_to_ros": "frobs_ros.ros.environment",
     "make_overlay": "frobs_ros.ros.overlay",
-    "missing_packages": "frobs_ros.stand_ins",
     "read_friction": "frobs_ros.bridge.urdf",
     "read_lidars": "frobs_ros.bridge.gazebo_elements",
     "read_plugins": "frobs_ros.bridge.gazebo_elements",
@@ -44,11 +44,21 @@ _MODULES = {
 }
 __all__ = [*_MODULES]
 
-_ROS = "doctor environment guard interrupts log master names nodes overlay packages parameter_server processes services"
+_ROS = "doctor environment guard interrupts master names nodes overlay packages parameter_server processes services"
+_LEGACY = (
+    "arguments backends robot_basic_env robot_settings ros_controllers ros_gazebo ros_launch ros_node ros_params "
+    "ros_spawn ros_urdf"
+)
 _MOVED = {
     **{f"frobs_ros.{name}": [f"frobs_ros.ros.{name}"] for name in [*_ROS.split(), "state_publisher"]},
-    **{f"frobs_ros.{name}": [f"frobs_ros.policy_node.{name}"] for name in ("mirror", "policy_loop", "scans")},
+    **{
+        f"frobs_ros.{name}": [f"frobs_ros.policy_node.{name}"]
+        for name in ("mirror", "policy_loop", "scans", "visualization")
+    },
     "frobs_ros.ros_robot": ["frobs_ros.policy_node.robot"],
+    "frobs_ros.log": ["frobs_ros.ros", "frobs_rl_compat.ros.logged_errors"],
+    "frobs_ros.stand_ins": ["frobs_rl_compat.stand_ins"],
+    **{f"frobs_ros.{name}": [f"frobs_rl_compat.ros.{name}"] for name in _LEGACY.split()},
 }
 """Modules of version 0.2, and the modules that define their names now."""
 
@@ -66,6 +76,15 @@ for _name in _MOVED:
 
 def __getattr__(name: str) -> Any:
     """Import a public name from its module on first use, because most of the modules require ROS."""
+    if name in ("RobotBasicEnv", "RobotSettings", "missing_packages"):
+        from frobs_core.deprecation import moved_names
+
+        places = [
+            *_MOVED["frobs_ros.robot_basic_env"],
+            *_MOVED["frobs_ros.robot_settings"],
+            "frobs_rl_compat.stand_ins",
+        ]
+        return moved_names(__name__, places)(name)
     if name not in _MODULES:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     return getattr(import_module(_MODULES[name]), name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from frobs_models import Packages, package_name, packages_below, path_folders
@@ -56,6 +57,28 @@ def find_anywhere(package: str, folder: str, file: str, suffix: str) -> Path:
             return path
     available = [path.name for path in root.rglob(f"*{suffix}")]
     raise PackageNotFoundError(package, available, (), root / folder / file)
+
+
+def find_node(package: str, node: str) -> Path:
+    """Return the path of the program that ``rosrun PACKAGE NODE`` would run.
+
+    Raises:
+        PackageNotFoundError: The package or the program does not exist. The error message lists alternatives.
+    """
+    folder = find_package(package)
+    prefixes = path_folders("CMAKE_PREFIX_PATH")
+    installation = find_ros()
+    prefixes += [installation.prefix] if installation else []
+    places = [prefix / "lib" / package for prefix in prefixes] + [folder]
+    programs = {
+        path.name: path
+        for place in reversed(places)
+        for path in sorted(place.rglob("*"), reverse=True)
+        if path.is_file() and os.access(path, os.X_OK)
+    }
+    if node not in programs:
+        raise PackageNotFoundError(package, programs, places, folder / node)
+    return programs[node]
 
 
 class RosPackages(Packages):

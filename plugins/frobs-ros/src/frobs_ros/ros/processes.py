@@ -21,9 +21,9 @@ from contextvars import ContextVar
 from pathlib import Path
 
 from frobs_ros.errors import ProcessError
+from frobs_ros.ros import LOG
 from frobs_ros.ros.environment import child_variables
 from frobs_ros.ros.guard import descendants
-from frobs_ros.ros.log import LOG
 
 _GUARD = Path(__file__).with_name("guard.py")
 _TAIL = 2_000
