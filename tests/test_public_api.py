@@ -31,7 +31,7 @@ MODULES = {
 BUILT_ON = {
     "frobs-algos-sbx": ("frobs-algos-sb3",),
     "frobs-ray": ("frobs-algos-sb3", "frobs-train"),
-    "frobs-rl-compat": ("frobs-ros",),
+    "frobs-rl-compat": ("frobs-ros", "frobs-algos-sb3"),
 }
 """Distributions that use the inside of another one, and require exactly its version."""
 

@@ -21,6 +21,7 @@ from frobs_ros.ros.environment import use_ros
 PACKAGES = Path(__file__).parent / "packages"
 _LIMIT = 900  # [s] for a script
 
+sys.path.append(str(Path(__file__).parents[2] / "frobs-algos-sb3" / "tests"))  # stock_models
 sys.path.append(str(Path(frobs_rl_compat.__file__).parent / "overlay"))  # the gym of 'frobs legacy run'
 
 

@@ -12,9 +12,9 @@ import gymnasium
 import numpy as np
 import pytest
 
-import frobs_algos_sb3.frobs_rl
 import frobs_rl
 import frobs_rl_compat.ros.robot_basic_env
+import frobs_rl_compat.training
 import frobs_rl_compat.wrappers
 import frobs_ros
 from frobs_core.deprecation import FrobsDeprecationWarning
@@ -33,7 +33,7 @@ ALGORITHMS = ["ppo", "a2c", "ddpg", "dqn", "sac", "td3"]
 @pytest.mark.parametrize("name", ALGORITHMS)
 def test_each_algorithm_has_its_module(name):
     found = getattr(importlib.import_module(f"frobs_rl.models.{name}"), name.upper())
-    assert issubclass(found, getattr(frobs_algos_sb3.frobs_rl, name.upper()))
+    assert issubclass(found, getattr(frobs_rl_compat.training, name.upper()))
 
 
 def test_wrappers_have_both_names_of_the_documentation():
@@ -43,13 +43,7 @@ def test_wrappers_have_both_names_of_the_documentation():
     )
     assert one.NormalizeObservationWrapper is other.NormalizeObservWrapper is one.NormalizeObservWrapper
     assert issubclass(NormalizeObservationWrapper, frobs_rl_compat.wrappers.NormalizeObservationWrapper)
-    assert issubclass(BasicModel, frobs_algos_sb3.frobs_rl.BasicModel)
-
-
-@pytest.mark.parametrize("name", ALGORITHMS)
-def test_the_default_files_are_those_of_the_algorithms(name):
-    original = Path(frobs_algos_sb3.frobs_rl.__file__).parent / "config" / f"{name}_config.yaml"
-    assert (SHARE / "config" / original.name).read_bytes() == original.read_bytes()
+    assert issubclass(BasicModel, frobs_rl_compat.training.BasicModel)
 
 
 def make(library: str):
@@ -137,6 +131,13 @@ def test_each_helper_keeps_its_names_of_frobs_rl_and_of_version_0_2(name):
     )
     with pytest.warns(FrobsDeprecationWarning, match=f"use frobs_rl_compat.ros.{name}.{COMMON[name]}"):
         assert all(getattr(module, COMMON[name]) is getattr(new, COMMON[name]) for module in kept)
+
+
+def test_the_algorithms_keep_their_names_of_version_0_2():
+    import frobs_algos_sb3.frobs_rl
+
+    with pytest.warns(FrobsDeprecationWarning, match="use frobs_rl_compat.training.TD3"):
+        assert frobs_algos_sb3.frobs_rl.TD3 is frobs_rl_compat.training.TD3
 
 
 def test_the_base_class_keeps_its_names_of_version_0_2():

@@ -44,7 +44,7 @@ _MODULES = {
 }
 __all__ = [*_MODULES]
 
-_ROS = "doctor environment guard interrupts master names nodes overlay packages parameter_server processes services"
+_ROS = "doctor environment guard interrupts master names nodes overlay packages processes services"
 _LEGACY = (
     "arguments backends robot_basic_env robot_settings ros_controllers ros_gazebo ros_launch ros_node ros_params "
     "ros_spawn ros_urdf"
@@ -57,6 +57,7 @@ _MOVED = {
     },
     "frobs_ros.ros_robot": ["frobs_ros.policy_node.robot"],
     "frobs_ros.log": ["frobs_ros.ros", "frobs_rl_compat.ros.logged_errors"],
+    "frobs_ros.parameter_server": ["frobs_rl_compat.training.parameter_server"],
     "frobs_ros.stand_ins": ["frobs_rl_compat.stand_ins"],
     **{f"frobs_ros.{name}": [f"frobs_rl_compat.ros.{name}"] for name in _LEGACY.split()},
 }

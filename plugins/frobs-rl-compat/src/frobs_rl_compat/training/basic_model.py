@@ -13,15 +13,15 @@ from stable_baselines3.common.callbacks import BaseCallback, CallbackList
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
-from frobs_algos_sb3.frobs_rl.building import new_model, saved_model
-from frobs_algos_sb3.frobs_rl.config_files import DEFAULT_PACKAGE, find_config
-from frobs_algos_sb3.frobs_rl.errors import NotTrainedError
-from frobs_algos_sb3.frobs_rl.logs import OnExisting, log_folder, make_logger
-from frobs_algos_sb3.frobs_rl.parameters import current_parameters, load_parameters
-from frobs_algos_sb3.frobs_rl.saving import SaveEvery, free_name
-from frobs_algos_sb3.frobs_rl.settings import FileSettings, read_settings
 from frobs_algos_sb3.model_files import load_model, save_model, write_replay_buffer
 from frobs_core.util.errors import ConfigurationError, MissingSettingError, ModelMismatchError, RunError
+from frobs_rl_compat.training.building import new_model, saved_model
+from frobs_rl_compat.training.config_files import DEFAULT_PACKAGE, find_config
+from frobs_rl_compat.training.errors import NotTrainedError
+from frobs_rl_compat.training.logs import OnExisting, log_folder, make_logger
+from frobs_rl_compat.training.parameters import current_parameters, load_parameters
+from frobs_rl_compat.training.saving import SaveEvery, free_name
+from frobs_rl_compat.training.settings import FileSettings, read_settings
 
 _log = logging.getLogger("frobs")
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from frobs_algos_sb3.frobs_rl.blocks import WITH_NOISE
-from frobs_algos_sb3.frobs_rl.settings import ROOT, FileSettings, read_settings
 from frobs_core.util.errors import ConfigFileError
+from frobs_rl_compat.training.blocks import WITH_NOISE
+from frobs_rl_compat.training.settings import ROOT, FileSettings, read_settings
 
 _ELSEWHERE = (
     "save_prefix",
@@ -36,7 +36,7 @@ def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[d
             path,
             None,
             "load_model is not supported here, because a run always starts with a new model; set load_model to False, "
-            f"or continue the saved model with the class frobs_algos_sb3.frobs_rl.{algorithm.upper()}.",
+            f"or continue the saved model with the class frobs_rl_compat.training.{algorithm.upper()}.",
         )
     config: dict[str, Any] = {"algorithm": algorithm, "num_envs": 1, "steps": params.training_steps}
     if params.save_freq:

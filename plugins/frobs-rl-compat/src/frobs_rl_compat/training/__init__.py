@@ -2,17 +2,17 @@
 
 The classes work with any Gymnasium environment, with or without ROS::
 
-    from frobs_algos_sb3.frobs_rl import TD3
+    from frobs_rl_compat.training import TD3
 
     model = TD3(env, "models/td3", "logs/td3", config_file_pkg="my_package", config_filename="td3.yaml")
     model.train()
 """
 
-from frobs_algos_sb3.frobs_rl.basic_model import BasicModel
-from frobs_algos_sb3.frobs_rl.errors import LogFolderExistsError, NotTrainedError
-from frobs_algos_sb3.frobs_rl.models import A2C, DDPG, DQN, PPO, SAC, TD3
-from frobs_algos_sb3.frobs_rl.settings import ROOT, PolicyParams, algorithms_in
-from frobs_algos_sb3.frobs_rl.translate import translate
+from frobs_rl_compat.training.basic_model import BasicModel
+from frobs_rl_compat.training.errors import LogFolderExistsError, NotTrainedError
+from frobs_rl_compat.training.models import A2C, DDPG, DQN, PPO, SAC, TD3
+from frobs_rl_compat.training.settings import ROOT, PolicyParams, algorithms_in
+from frobs_rl_compat.training.translate import translate
 
 __all__ = [
     "A2C",

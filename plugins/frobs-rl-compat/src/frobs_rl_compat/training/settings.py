@@ -8,10 +8,10 @@ from typing import Any, Literal
 
 from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveInt, field_validator
 
-from frobs_algos_sb3.frobs_rl.blocks import BLOCKS, WITH_NOISE, WITH_SDE, Block, Strict
 from frobs_core.util.errors import ConfigFileError, ConfigurationError, nearest
 from frobs_core.util.validation import validate
 from frobs_core.util.yaml import ConfigMapping, merge
+from frobs_rl_compat.training.blocks import BLOCKS, WITH_NOISE, WITH_SDE, Block, Strict
 
 ROOT = "model_params"
 """Root key of the files."""

@@ -10,7 +10,7 @@ from frobs_core.util.errors import ConfigurationError, MissingFileError, nearest
 DEFAULT_PACKAGE = "frobs_rl"
 """Name of FRobs_RL's package, under which the default files are available even if the package is not installed."""
 
-DEFAULTS = Path(__file__).parent / "config"
+DEFAULTS = Path(__file__).parents[2] / "frobs_rl" / "config"
 """Folder of the default files."""
 
 
@@ -29,7 +29,7 @@ def find_config(package: str | None, filename: str | Path) -> Path:
             raise MissingFileError(path, "pass the path of the YAML file, or a package and the name of the file")
         return path
     folders = [*_ros_folders(package), *_python_folders(package)]
-    if package == DEFAULT_PACKAGE:
+    if package == DEFAULT_PACKAGE and DEFAULTS not in folders:
         folders.append(DEFAULTS)
     for folder in folders:
         if (folder / filename).is_file():

@@ -10,10 +10,10 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
-from frobs_algos_sb3.frobs_rl.settings import ROOT
 from frobs_core.util.errors import ConfigFileError
 from frobs_core.util.plain import plain
 from frobs_core.util.yaml import load_yaml
+from frobs_rl_compat.training.settings import ROOT
 
 SERVERS = "frobs.parameter_servers"
 

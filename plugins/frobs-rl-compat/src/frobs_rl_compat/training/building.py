@@ -14,12 +14,12 @@ from stable_baselines3.common.noise import NormalActionNoise
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
-from frobs_algos_sb3.frobs_rl.blocks import WITH_NOISE, WITH_SDE
-from frobs_algos_sb3.frobs_rl.saving import existing_model
-from frobs_algos_sb3.frobs_rl.settings import FileSettings
 from frobs_algos_sb3.model_files import load_model, read_replay_buffer
 from frobs_algos_sb3.model_files.known import algorithm_class
 from frobs_core.util.errors import ConfigurationError, IncompatibleSpaceError, UntrustedFileError
+from frobs_rl_compat.training.blocks import WITH_NOISE, WITH_SDE
+from frobs_rl_compat.training.saving import existing_model
+from frobs_rl_compat.training.settings import FileSettings
 
 Env = gym.Env[Any, Any] | VecEnv
 

@@ -12,10 +12,10 @@ import stable_baselines3 as sb3
 import stock_models
 import torch as th
 
-from frobs_algos_sb3.frobs_rl import A2C, DDPG, DQN, PPO, SAC, TD3, BasicModel, LogFolderExistsError, NotTrainedError
-from frobs_algos_sb3.frobs_rl.config_files import DEFAULTS
 from frobs_core.util.errors import CheckpointError, ConfigurationError, RunError, UntrustedFileError
 from frobs_core.util.yaml import dump_yaml, load_yaml, merge
+from frobs_rl_compat.training import A2C, DDPG, DQN, PPO, SAC, TD3, BasicModel, LogFolderExistsError, NotTrainedError
+from frobs_rl_compat.training.config_files import DEFAULTS
 
 CLASSES = [PPO, A2C, DDPG, DQN, SAC, TD3]
 Make = Callable[..., BasicModel]

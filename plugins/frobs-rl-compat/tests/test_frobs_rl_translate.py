@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from frobs_algos_sb3.frobs_rl.blocks import BLOCKS
-from frobs_algos_sb3.frobs_rl.config_files import DEFAULTS
 from frobs_core.util.errors import ConfigFileError, ConfigurationError
+from frobs_rl_compat.training.blocks import BLOCKS
+from frobs_rl_compat.training.config_files import DEFAULTS
 from frobs_train import RunConfig, resolve_config, train
 
 REACH = "frobs/Irb120Reach-v0"
@@ -79,5 +79,5 @@ def test_mistakes_are_named_with_file_and_line(tmp_path: Path) -> None:
 
 def test_a_file_that_goes_on_from_a_model_is_refused(tmp_path: Path) -> None:
     path = changed("td3", tmp_path, ("load_model: False", "load_model: True"))
-    with pytest.raises(ConfigurationError, match=r"load_model is not supported here.*frobs_rl\.TD3"):
+    with pytest.raises(ConfigurationError, match=r"load_model is not supported here.*training\.TD3"):
         resolve(path)

@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from frobs_algos_sb3.frobs_rl import parameters
-from frobs_algos_sb3.frobs_rl.blocks import BLOCKS
-from frobs_algos_sb3.frobs_rl.config_files import DEFAULTS, find_config
-from frobs_algos_sb3.frobs_rl.settings import read_settings
 from frobs_core.util.errors import ConfigFileError, ConfigurationError
 from frobs_core.util.yaml import load_yaml, load_yaml_text
+from frobs_rl_compat.training import parameters
+from frobs_rl_compat.training.blocks import BLOCKS
+from frobs_rl_compat.training.config_files import DEFAULTS, find_config
+from frobs_rl_compat.training.settings import read_settings
 
 TEMPLATES = Path(__file__).parents[3] / "templates" / "frobs_rl"
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from frobs_algos_sb3.frobs_rl.basic_model import BasicModel
-from frobs_algos_sb3.frobs_rl.on_policy import OnPolicyModel
+from frobs_rl_compat.training.basic_model import BasicModel
+from frobs_rl_compat.training.on_policy import OnPolicyModel
 
 
 class A2C(OnPolicyModel):

@@ -7,9 +7,9 @@ from typing import Any
 
 from stable_baselines3.common.base_class import BaseAlgorithm
 
-from frobs_algos_sb3.frobs_rl.basic_model import BasicModel
-from frobs_algos_sb3.frobs_rl.building import imitated_model
 from frobs_core.util.errors import MissingSettingError
+from frobs_rl_compat.training.basic_model import BasicModel
+from frobs_rl_compat.training.building import imitated_model
 
 
 class OnPolicyModel(BasicModel):

@@ -15,8 +15,8 @@ from stable_baselines3.common.logger import (
     configure,
 )
 
-from frobs_algos_sb3.frobs_rl.errors import LogFolderExistsError
 from frobs_core.util.errors import ParameterValueError
+from frobs_rl_compat.training.errors import LogFolderExistsError
 
 OnExisting = Literal["error", "increment", "overwrite", "resume"]
 """Ways to handle a log folder that already exists."""

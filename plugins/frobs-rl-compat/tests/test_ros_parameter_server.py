@@ -1,10 +1,8 @@
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
-from frobs_ros.ros.parameter_server import parameter_server
+from frobs_rl_compat.training.parameter_server import parameter_server
 
 
 def test_without_a_master_there_is_no_parameter_server(lonely: str) -> None:
@@ -16,11 +14,10 @@ def test_without_a_master_there_is_no_parameter_server(lonely: str) -> None:
 def test_the_algorithms_parameters_go_through_the_parameter_server(own_master: str, algorithm: str) -> None:
     import rospy
 
-    import frobs_algos_sb3.frobs_rl as models
-    from frobs_algos_sb3.frobs_rl.parameters import current_parameters, load_parameters
+    from frobs_rl_compat.training.config_files import DEFAULTS
+    from frobs_rl_compat.training.parameters import current_parameters, load_parameters
 
-    file = Path(models.__file__).parent / "config" / f"{algorithm}_config.yaml"
-    mapping = load_parameters(file, "/robot1")
+    mapping = load_parameters(DEFAULTS / f"{algorithm}_config.yaml", "/robot1")
     assert rospy.get_param("/robot1/model_params/training_steps") == mapping["model_params"]["training_steps"]
     assert current_parameters(mapping, "/robot1") is mapping
     rospy.set_param("/robot1/model_params/training_steps", 7)
