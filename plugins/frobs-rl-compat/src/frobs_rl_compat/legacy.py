@@ -39,8 +39,8 @@ def legacy_variables() -> dict[str, str]:
     """
     use_ros()
     installation = find_ros()
-    # Python runs any module named sitecustomize at startup, so overlay_start.py gets this name only in the overlay.
-    own = {"frobs_rl": FROBS_RL, "gym": _HERE / "overlay" / "gym", "sitecustomize.py": _HERE / "overlay_start.py"}
+    # Python runs any module named sitecustomize at startup, so startup_patches.py gets this name only in the overlay.
+    own = {"frobs_rl": FROBS_RL, "gym": _HERE / "overlay" / "gym", "sitecustomize.py": _HERE / "startup_patches.py"}
     stand_ins = missing_packages()
     if not _has_moveit(installation):
         own[_MOVEIT] = _HERE / "overlay" / _MOVEIT

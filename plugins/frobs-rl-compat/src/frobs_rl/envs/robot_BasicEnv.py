@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from frobs_rl_compat.manner import to_four_values
+from frobs_rl_compat.gym_api import to_four_values
 from frobs_rl_compat.old_gym.registration import is_made_by_gymnasium
 from frobs_rl_compat.ros.robot_basic_env import RobotBasicEnv as _RobotBasicEnv
 

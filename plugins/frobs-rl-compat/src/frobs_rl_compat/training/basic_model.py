@@ -15,6 +15,7 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from frobs_algos_sb3.model_files import load_model, save_model, write_replay_buffer
 from frobs_core.util.errors import ConfigurationError, MissingSettingError, ModelMismatchError, RunError
+from frobs_rl_compat.gym_api import to_gymnasium
 from frobs_rl_compat.training.building import new_model, saved_model
 from frobs_rl_compat.training.config_files import DEFAULT_PACKAGE, find_config
 from frobs_rl_compat.training.errors import NotTrainedError
@@ -32,7 +33,7 @@ class BasicModel:
     Each subclass sets ``algorithm``.
 
     Args:
-        env: Any Gymnasium environment, or a vector environment of stable-baselines3.
+        env: Any environment with Gymnasium's API or the old gym API, or a vector environment of stable-baselines3.
         save_model_path: Folder in which models are saved, or the model file if ``load_trained`` is set.
         log_path: Parent folder of the log folders.
         load_trained: Whether to open the model at ``save_model_path`` for predictions, without reading a YAML file and
@@ -74,7 +75,7 @@ class BasicModel:
         on_existing: OnExisting = "error",
         trust: bool = False,
     ) -> None:
-        self.env = env
+        self.env = env = to_gymnasium(env)
         self.settings: FileSettings | None = None
         self.log_folder: Path | None = None
         self._trust = trust

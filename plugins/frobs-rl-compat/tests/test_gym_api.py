@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from frobs_core.util.errors import ConfigurationError
-from frobs_rl_compat.manner import has_gym_api, to_gymnasium
+from frobs_rl_compat.gym_api import has_gym_api, to_gymnasium
 from frobs_rl_compat.old_gym.core import Env, to_gym
 
 BOX = gymnasium.spaces.Box(-1.0, 1.0, (2,), np.float32)
