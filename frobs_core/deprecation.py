@@ -157,3 +157,5 @@ def keep_moved_modules(moved: Mapping[str, Sequence[str]] = MOVED) -> None:
         if name not in ("frobs_core.models", "frobs_core.plugins"):
             module = sys.modules[name] = ModuleType(name)
             vars(module)["__getattr__"] = moved_names(name, places)
+            parent, _, child = name.rpartition(".")
+            setattr(sys.modules[parent], child, module)

@@ -44,48 +44,41 @@ _MODULES = {
 }
 __all__ = [*_MODULES]
 
-_ROS = "doctor environment guard interrupts master names nodes overlay packages processes services"
-_LEGACY = (
-    "arguments backends robot_basic_env robot_settings ros_controllers ros_gazebo ros_launch ros_node ros_params "
-    "ros_spawn ros_urdf"
-)
+_FOLDERS = {
+    "frobs_ros.ros": "doctor environment guard interrupts master names nodes overlay packages processes services "
+    "state_publisher",
+    "frobs_ros.policy_node": "mirror policy_loop scans visualization",
+    "frobs_rl_compat": "stand_ins",
+    "frobs_rl_compat.ros": "arguments backends robot_basic_env robot_settings ros_controllers ros_gazebo ros_launch "
+    "ros_node ros_params ros_spawn ros_urdf",
+}
 _MOVED = {
-    **{f"frobs_ros.{name}": [f"frobs_ros.ros.{name}"] for name in [*_ROS.split(), "state_publisher"]},
-    **{
-        f"frobs_ros.{name}": [f"frobs_ros.policy_node.{name}"]
-        for name in ("mirror", "policy_loop", "scans", "visualization")
-    },
+    **{f"frobs_ros.{name}": [f"{folder}.{name}"] for folder, names in _FOLDERS.items() for name in names.split()},
     "frobs_ros.ros_robot": ["frobs_ros.policy_node.robot"],
     "frobs_ros.log": ["frobs_ros.ros", "frobs_rl_compat.ros.logged_errors"],
-    "frobs_ros.parameter_server": ["frobs_rl_compat.training.parameter_server"],
-    "frobs_ros.stand_ins": ["frobs_rl_compat.stand_ins"],
-    **{f"frobs_ros.{name}": [f"frobs_rl_compat.ros.{name}"] for name in _LEGACY.split()},
 }
 """Modules of version 0.2, and the modules that define their names now."""
 
+_LEGACY = {"RobotBasicEnv": "robot_basic_env", "RobotSettings": "robot_settings", "missing_packages": "stand_ins"}
+"""Names that this package had in version 0.2, and the modules of that version."""
 
-def _find(module: str, name: str) -> Any:
+
+def _find(module: str, name: str, stacklevel: int = 3) -> Any:
     from frobs_core.deprecation import moved_names  # imported here, so that listing commands does not import the core
 
-    return moved_names(module, _MOVED[module], stacklevel=3)(name)
+    return moved_names(module, _MOVED[module], stacklevel)(name)
 
 
 for _name in _MOVED:
     _module = sys.modules[_name] = ModuleType(_name)
     vars(_module)["__getattr__"] = partial(_find, _name)
+    setattr(sys.modules[__name__], _name.rpartition(".")[2], _module)
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name from its module on first use, because most of the modules require ROS."""
-    if name in ("RobotBasicEnv", "RobotSettings", "missing_packages"):
-        from frobs_core.deprecation import moved_names
-
-        places = [
-            *_MOVED["frobs_ros.robot_basic_env"],
-            *_MOVED["frobs_ros.robot_settings"],
-            "frobs_rl_compat.stand_ins",
-        ]
-        return moved_names(__name__, places)(name)
+    if name in _LEGACY:
+        return _find(f"{__name__}.{_LEGACY[name]}", name, stacklevel=4)
     if name not in _MODULES:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     return getattr(import_module(_MODULES[name]), name)

@@ -1,5 +1,3 @@
 """Advantage actor-critic."""
 
-from frobs_rl_compat.training import A2C
-
-__all__ = ["A2C"]
+from frobs_rl_compat.training import A2C as A2C

@@ -1,5 +1,3 @@
 """The base class for algorithms."""
 
-from frobs_rl_compat.training import BasicModel
-
-__all__ = ["BasicModel"]
+from frobs_rl_compat.training import BasicModel as BasicModel

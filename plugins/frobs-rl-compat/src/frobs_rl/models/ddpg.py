@@ -1,5 +1,3 @@
 """Deep deterministic policy gradient."""
 
-from frobs_rl_compat.training import DDPG
-
-__all__ = ["DDPG"]
+from frobs_rl_compat.training import DDPG as DDPG

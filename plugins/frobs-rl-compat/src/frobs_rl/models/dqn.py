@@ -1,5 +1,3 @@
 """Deep Q-network."""
 
-from frobs_rl_compat.training import DQN
-
-__all__ = ["DQN"]
+from frobs_rl_compat.training import DQN as DQN

@@ -1,5 +1,3 @@
 """Proximal policy optimization."""
 
-from frobs_rl_compat.training import PPO
-
-__all__ = ["PPO"]
+from frobs_rl_compat.training import PPO as PPO

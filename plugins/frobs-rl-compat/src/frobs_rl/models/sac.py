@@ -1,5 +1,3 @@
 """Soft actor-critic."""
 
-from frobs_rl_compat.training import SAC
-
-__all__ = ["SAC"]
+from frobs_rl_compat.training import SAC as SAC

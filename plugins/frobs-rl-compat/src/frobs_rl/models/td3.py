@@ -1,5 +1,3 @@
 """Twin delayed deep deterministic policy gradient (TD3)."""
 
-from frobs_rl_compat.training import TD3
-
-__all__ = ["TD3"]
+from frobs_rl_compat.training import TD3 as TD3

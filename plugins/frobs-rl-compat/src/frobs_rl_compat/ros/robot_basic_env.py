@@ -239,41 +239,37 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         if self._closed:
             raise ResetNeededError(f"{what} was called on a closed environment; create a new one.")
 
+    def _unimplemented(self, what: str) -> NotImplementedError:
+        return NotImplementedError(f"{type(self).__name__} must implement {what}")
+
     def _send_action(self, action: Any) -> None:
         """Send an action to the robot. Subclasses must implement this method."""
-        raise NotImplementedError(f"{type(self).__name__} must implement _send_action, which sends an action")
+        raise self._unimplemented("_send_action, which sends an action")
 
     def _get_observation(self) -> Any:
         """Return an observation from the observation space. Subclasses must implement this method."""
-        raise NotImplementedError(
-            f"{type(self).__name__} must implement _get_observation, which returns the observation"
-        )
+        raise self._unimplemented("_get_observation, which returns the observation")
 
     def _get_reward(self) -> float:
         """Return the reward for the current step. Subclasses must implement this method."""
-        raise NotImplementedError(f"{type(self).__name__} must implement _get_reward, which returns the reward")
+        raise self._unimplemented("_get_reward, which returns the reward")
 
     def _check_if_done(self) -> bool:
         """Return whether the episode has ended. Subclasses must implement this method.
 
         If the task has succeeded, implementations should set ``self.info["is_success"] = 1.0``.
         """
-        raise NotImplementedError(
-            f"{type(self).__name__} must implement _check_if_done, which returns whether the episode has ended"
-        )
+        raise self._unimplemented("_check_if_done, which returns whether the episode has ended")
 
     def _check_subs_and_pubs_connection(self) -> bool:
         """Wait until the required topics and services exist. Subclasses must implement this method."""
-        raise NotImplementedError(
-            f"{type(self).__name__} must implement _check_subs_and_pubs_connection, which waits for topics and "
-            "services and returns True when all of them exist"
+        raise self._unimplemented(
+            "_check_subs_and_pubs_connection, which waits for topics and services and returns True when all of them exist"
         )
 
     def _set_episode_init_params(self) -> None:
         """Prepare an episode, using ``np_random`` for random poses and goals. Subclasses must implement this method."""
-        raise NotImplementedError(
-            f"{type(self).__name__} must implement _set_episode_init_params, which prepares the next episode"
-        )
+        raise self._unimplemented("_set_episode_init_params, which prepares the next episode")
 
 
 RobotBasicEnv.__init__.__signature__ = inspect.signature(RobotSettings.__init__)  # type: ignore[attr-defined]

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from typing import Any
 
 from frobs_core.util.errors import ParameterValueError
 from frobs_rl_compat.ros.logged_errors import answers, or_raise
@@ -85,14 +84,8 @@ def switch_controllers_srv(
         raise ParameterValueError("timeout", timeout, "at least 0 s, where 0 means no limit")
     start, stop = list(start_controllers or ()), list(stop_controllers or ())
     service = join(ns, "controller_manager", "switch_controller")
-    fields: dict[str, Any] = {
-        "start_controllers": start,
-        "stop_controllers": stop,
-        "strictness": strictness,
-        "start_asap": start_asap,
-        "timeout": timeout,
-    }
-    done = _try(lambda: call(service, SwitchController, tries=max_retries, **fields).ok, max_retries)
+    fields = (start, stop, strictness, start_asap, timeout)
+    done = _try(lambda: call(service, SwitchController, *fields, tries=max_retries).ok, max_retries)
     # In best-effort mode, the controller manager accepts unknown names.
     states = _states(ns)
     idle = [name for name in start if states.get(name) != "running"]

@@ -207,7 +207,7 @@ class BasicModel:
         from stable_baselines3.common.env_checker import check_env
 
         try:
-            check_env(self.env, warn=True)  # type: ignore[arg-type]
+            check_env(self.env, warn=True)
         except Exception as error:  # the environment's code can raise any exception
             _log.error("%s failed the environment check of stable-baselines3: %s", self.env, error)
             return False

@@ -1,21 +1,27 @@
 """Parameters from the YAML file, passed through ROS's parameter server if one is running.
 
-No other module of the class API uses the parameter server. This module does not import any ROS packages.
+No other module of the class API uses the parameter server.
 """
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Mapping
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlparse
 
 from frobs_core.util.errors import ConfigFileError
 from frobs_core.util.plain import plain
 from frobs_core.util.yaml import load_yaml
 from frobs_rl_compat.training.settings import ROOT
+from frobs_ros.errors import RosNotFoundError
+from frobs_ros.ros.environment import use_ros
+from frobs_ros.ros.master import is_online, master_uri
 
 SERVERS = "frobs.parameter_servers"
+_TIMEOUT = 1.0
 
 
 def load_parameters(path: Path, ns: str) -> Mapping[str, Any]:
@@ -56,6 +62,25 @@ def parameter_server() -> Any:
         if server is not None:
             return server
     return None
+
+
+def ros_parameter_server() -> Any:
+    """Return ``rospy``, which has ``set_param``, ``has_param`` and ``get_param``, or None if no master responds.
+
+    If no process listens at the master's address, ROS is not imported.
+    """
+    address = urlparse(master_uri())
+    try:
+        socket.create_connection((address.hostname or "localhost", address.port or 80), _TIMEOUT).close()
+    except OSError:
+        return None
+    try:
+        use_ros()
+    except RosNotFoundError:
+        return None
+    import rospy
+
+    return rospy if is_online() else None
 
 
 def _name(ns: str) -> str:
