@@ -6,7 +6,6 @@ plugins. For example, ``frobs doctor plugins`` sets ``FROBS_NO_PLUGINS`` and exa
 """
 
 import os
-import sys
 from typing import TYPE_CHECKING, Any
 
 from frobs_core._version import __version__ as __version__
@@ -27,12 +26,9 @@ if not os.environ.get("FROBS_NO_PLUGINS") and "_FROBS_COMPLETE" not in os.enviro
 
 
 def __getattr__(name: str) -> Any:
-    """Return ``load_policy``, whose module imports the contracts, or a module of version 0.2."""
-    if name == "load_policy":
-        from frobs_core.kernel.policies import load_policy
+    """Return ``load_policy``, whose module imports the contracts."""
+    if name != "load_policy":
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    from frobs_core.kernel.policies import load_policy
 
-        return load_policy
-    try:
-        return sys.modules[f"{__name__}.{name}"]
-    except KeyError:
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'") from None
+    return load_policy

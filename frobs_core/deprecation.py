@@ -113,17 +113,24 @@ RENAMED: Mapping[str, str] = {"RandomizationError": "SettingError", "SensorSetti
 """New names of what version 0.2 offered under another name in one of these modules."""
 
 
-def moved_names(module: str) -> Callable[[str], Any]:
-    """Return a ``__getattr__`` for a module of version 0.2, which finds names in the modules that define them now."""
+def moved_names(module: str, places: Sequence[str] = (), stacklevel: int = 2) -> Callable[[str], Any]:
+    """Return a ``__getattr__`` for a module of version 0.2, which finds names in the modules that define them now.
+
+    Args:
+        module: The module of version 0.2.
+        places: Modules that define the names now. By default, the modules in ``MOVED``.
+        stacklevel: Stack level of the code that uses a name, as in :func:`warn_deprecated`.
+    """
+    places = places or MOVED[module]
 
     def find(name: str) -> Any:
         if name == "__all__":
-            return [exported for place in MOVED[module] for exported in getattr(import_module(place), "__all__", ())]
+            return [exported for place in places for exported in getattr(import_module(place), "__all__", ())]
         if name.startswith("__"):
             raise AttributeError(f"module '{module}' has no attribute '{name}'")
         new = RENAMED.get(name, name)
         missing = ""
-        for place in MOVED[module]:
+        for place in places:
             try:
                 value = getattr(import_module(place), new)
             except AttributeError:
@@ -131,7 +138,8 @@ def moved_names(module: str) -> Callable[[str], Any]:
             except ModuleNotFoundError as error:
                 missing = (error.name or place).partition(".")[0].replace("_", "-")
                 continue
-            warn_deprecated(f"{module}.{name}", instead=f"{place}.{new}", since="0.3", removed_in="0.4")
+            what, instead = f"{module}.{name}", f"{place}.{new}"
+            warn_deprecated(what, instead=instead, since="0.3", removed_in="0.4", stacklevel=stacklevel)
             return value
         if missing:
             raise ImportError(f"'{module}' no longer has '{name}'; to install its new place: pip install {missing}.")
@@ -140,9 +148,14 @@ def moved_names(module: str) -> Callable[[str], Any]:
     return find
 
 
-def keep_moved_modules() -> None:
-    """Keep the modules of version 0.2 importable. Each name that is taken from one of them causes a warning."""
-    for name in MOVED:
+def keep_moved_modules(moved: Mapping[str, Sequence[str]] = MOVED) -> None:
+    """Keep modules of version 0.2 importable. Each name that is taken from one of them causes a warning.
+
+    Other distributions call this function with their own modules.
+    """
+    for name, places in moved.items():
         if name not in ("frobs_core.models", "frobs_core.plugins"):
             module = sys.modules[name] = ModuleType(name)
-            vars(module)["__getattr__"] = moved_names(name)
+            vars(module)["__getattr__"] = moved_names(name, places)
+            parent, _, child = name.rpartition(".")
+            setattr(sys.modules[parent], child, module)

@@ -42,20 +42,20 @@ def _runs(*command: str) -> bool:
 
 
 def _has_ros() -> bool:
-    from frobs_ros.environment import find_ros
+    from frobs_ros.ros.environment import find_ros
 
     return find_ros() is not None
 
 
 def _has_rosbag() -> bool:
-    from frobs_ros.environment import child_variables
+    from frobs_ros.ros.environment import child_variables
 
     return _has_ros() and shutil.which("rosbag", path=child_variables()["PATH"]) is not None
 
 
 def _has_state_publisher() -> bool:
     from frobs_ros.errors import RosError
-    from frobs_ros.ros_node import find_node
+    from frobs_ros.ros.packages import find_node
 
     try:
         find_node("robot_state_publisher", "robot_state_publisher")

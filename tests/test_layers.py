@@ -36,7 +36,7 @@ ALLOWED = {
     "frobs-ros": {CORE, MODELS, CLI, DEPLOY},
     "frobs-rl-compat": {
         *(CORE, MODELS, CLI, "frobs-ros", "frobs-algos-sb3", "frobs-controllers-planning"),
-        *("frobs-tasks-legacy", DEVKIT),
+        *("frobs-tasks-legacy", TRAIN, DEVKIT),
     },
     "frobs": set(),
 }
@@ -63,10 +63,9 @@ OTHER_NAMES = {
 """Distributions whose import packages have another name."""
 
 OPTIONAL = {
-    "frobs-algos-sb3": {"rospkg"},  # finds the packages that a configuration of FRobs_RL names
     DEVKIT: {"pytest", "stable_baselines3"},  # in the tests of plugins; a further checker of environments
     TRAIN: {"tensorboard"},  # event files are written if it is installed
-    "frobs-rl-compat": {"gym"},  # its own stand-in for old gym
+    "frobs-rl-compat": {"gym", "rospkg"},  # its own replacement for gym; finds the packages that a configuration names
 }
 """Imports that no requirement covers: each is used only if it is installed."""
 

@@ -24,11 +24,15 @@ MODULES = {
     *(module for modules in api.MODULES.values() for module in modules),
     *errors.MODULES,
     *("frobs_core.plugins.hooks", "frobs_core.plugins.records"),  # the pages of hooks and records
-    *(f"frobs_ros.{module}" for module in ros.TABLES["functions"]),
+    *(f"frobs_rl_compat.ros.{module}" for module in ros.TABLES["functions"]),
 }
 """Modules that the reference lists."""
 
-BUILT_ON = {"frobs-algos-sbx": ("frobs-algos-sb3",), "frobs-ray": ("frobs-algos-sb3", "frobs-train")}
+BUILT_ON = {
+    "frobs-algos-sbx": ("frobs-algos-sb3",),
+    "frobs-ray": ("frobs-algos-sb3", "frobs-train"),
+    "frobs-rl-compat": ("frobs-ros", "frobs-algos-sb3"),
+}
 """Distributions that use the inside of another one, and require exactly its version."""
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import yaml
 
-from frobs_ros.backends import TREATMENT
+from frobs_rl_compat.ros.backends import TREATMENT
 from generate.rst import code, escape, heading, label, literal, table
 
 TABLES = yaml.safe_load(Path(__file__).with_name("frobs_rl.yaml").read_text("utf-8"))
@@ -16,7 +16,7 @@ def page() -> str:
     """Return the page."""
     text = label("ros") + heading("FRobs_RL's functions on ROS")
     text += (
-        "``frobs-ros`` provides these functions of FRobs_RL. Their names, arguments and defaults are those of FRobs_RL's "
+        "``frobs-rl-compat`` provides these functions of FRobs_RL. Their names, arguments and defaults are those of FRobs_RL's "
         "documentation, which a test verifies. Each function is tested with a real ROS master and, if it affects the "
         "simulation, with the bridge over MuJoCo and over a real Gazebo 11. Processes are ended by their handles, failures "
         "are logged with the reason, and functions retry as often as documented, without unnecessary waiting.\n\n"
@@ -35,7 +35,7 @@ def page() -> str:
 
 
 def _function(module, name):
-    return getattr(importlib.import_module(f"frobs_ros.{module}"), name)
+    return getattr(importlib.import_module(f"frobs_rl_compat.ros.{module}"), name)
 
 
 def _summary(module, name) -> str:

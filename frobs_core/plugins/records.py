@@ -179,10 +179,7 @@ class AlgorithmRecord(Record):
         action_spaces: Supported Gymnasium action spaces, such as ``"Box"`` and ``"Discrete"``.
         tuned: Tuned configuration files in the form ``"package:path.yaml"``, by environment ID.
         search_space: Default search space for ``frobs tune``, as ``"package:path.yaml"``, or an empty string.
-        config_files: Additional YAML formats for ``frobs train --config``. Each key is the dotted path of a setting by
-            which a file of the format is recognized, and each value names a function as ``"module:function"``. The
-            function receives the mapping read from the file, the algorithm's name and the path. The function returns
-            run configuration keys and a one-line message about settings without an equivalent.
+        config_files: Additional YAML formats. Deprecated since 0.3: provide ``frobs_train.ConfigLayoutRecord``.
         model_files: File formats of trained models for ``frobs evaluate --model``. Each key is a file suffix
             (``".zip"``), and each value names a function as ``"module:function"``. The function receives the path, the
             environment's observation space and action space, the algorithm's name or None, and whether the file is

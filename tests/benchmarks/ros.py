@@ -63,9 +63,9 @@ def success_on(simulator: str, episodes: int) -> dict[str, Any]:
 @contextmanager
 def bridge() -> Iterator[None]:
     """Run a separate ROS master and the bridge with the robot; this process is a node."""
-    from frobs_ros import master, processes
-    from frobs_ros.environment import use_ros
-    from frobs_ros.services import wait_for
+    from frobs_ros.ros import master, processes
+    from frobs_ros.ros.environment import use_ros
+    from frobs_ros.ros.services import wait_for
 
     with socket.socket() as found:
         found.bind(("127.0.0.1", 0))
@@ -95,10 +95,10 @@ def success_through_topics(episodes: int) -> dict[str, Any]:
     from gazebo_msgs.srv import SetModelConfiguration
     from std_srvs.srv import Empty
 
-    from frobs_ros.mirror import Command, Mirror
-    from frobs_ros.policy_loop import act
-    from frobs_ros.ros_robot import RosRobot
-    from frobs_ros.services import call
+    from frobs_ros.policy_node.mirror import Command, Mirror
+    from frobs_ros.policy_node.policy_loop import act
+    from frobs_ros.policy_node.robot import RosRobot
+    from frobs_ros.ros.services import call
 
     bundle = read_pretrained(ID)
     mirror, policy = Mirror(bundle), Policy(bundle)
@@ -161,7 +161,7 @@ class Joints:
         from std_srvs.srv import Empty
 
         from frobs_msgs.srv import StepWorld
-        from frobs_ros.services import call
+        from frobs_ros.ros.services import call
 
         call("/gazebo/pause_physics", Empty)
         switched = call("/controller_manager/switch_controller", SwitchController, [GROUP], [TRAJECTORY], 2, False, 3.0)
@@ -243,7 +243,7 @@ def bridge_response(joints: Joints) -> dict[str, Any]:
 def _put_home(joints: Joints, names: Sequence[str], home: Any, ordered: Any) -> None:
     from gazebo_msgs.srv import SetModelConfiguration
 
-    from frobs_ros.services import call
+    from frobs_ros.ros.services import call
 
     joints.command(ordered.tolist())
     time.sleep(0.1)
@@ -297,7 +297,7 @@ def bridge_speeds(joints: Joints, steps: int) -> dict[str, dict[str, float]]:
     from gazebo_msgs.srv import GetJointProperties, GetLinkState, GetModelState
     from std_srvs.srv import Empty
 
-    from frobs_ros.services import call
+    from frobs_ros.ros.services import call
 
     rest = [0.0] * len(joints.names)
 

@@ -1,4 +1,4 @@
-"""Where old packages run: a ROS graph of their own."""
+"""Where legacy packages run: a ROS graph of their own. The tests of FRobs_RL's functions share one."""
 
 from __future__ import annotations
 
@@ -7,17 +7,21 @@ import shutil
 import socket
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from ros_graph import *  # noqa: F403
+from ros_graph import ignore_warnings_of_rospy
 
 import frobs_rl_compat
-from frobs_ros.environment import use_ros
+from frobs_ros.ros.environment import use_ros
 
+PACKAGES = Path(__file__).parent / "packages"
 _LIMIT = 900  # [s] for a script
 
+sys.path.append(str(Path(__file__).parents[2] / "frobs-algos-sb3" / "tests"))  # stock_models
 sys.path.append(str(Path(frobs_rl_compat.__file__).parent / "overlay"))  # the gym of 'frobs legacy run'
 
 
@@ -133,3 +137,73 @@ def run_package(
         return lambda script, *arguments: run(folder / "scripts" / script, *arguments)
 
     return prepare
+
+
+@pytest.fixture(scope="module")
+def monkeypatch_module() -> Iterator[pytest.MonkeyPatch]:
+    """What sets variables for a module."""
+    with pytest.MonkeyPatch.context() as patch:
+        yield patch
+
+
+@pytest.fixture(scope="session")
+def own_master(rosmaster: str) -> Iterator[str]:
+    """The master for tests of the helpers, which find the packages of the tests and wait for nothing long; its URI."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ROS_PACKAGE_PATH", str(PACKAGES))
+        patch.setenv("FROBS_ROS_TIMEOUT", "2")
+        patch.delenv("DISPLAY", raising=False)
+        patch.delenv("FROBS_ROS_BACKEND", raising=False)
+        yield rosmaster
+    from frobs_ros.ros import processes
+
+    processes.stop(processes.owned())
+
+
+@pytest.fixture(
+    scope="module",
+    params=["mujoco", pytest.param("gazebo", marks=[pytest.mark.slow, pytest.mark.needs("gazebo")])],
+)
+def simulator(ros: None, request: pytest.FixtureRequest) -> str:
+    """What computes behind the bridge: MuJoCo, and a real Gazebo 11."""
+    return str(request.param)
+
+
+@pytest.fixture(scope="module")
+def gazebo(own_master: str, simulator: str, monkeypatch_module: pytest.MonkeyPatch) -> Iterator[None]:
+    """The bridge, paused, launched in gazebo_ros's place."""
+    from frobs_rl_compat.gazebo.launch import close_Gazebo, launch_Gazebo
+    from frobs_rl_compat.ros.logged_errors import or_raise
+
+    monkeypatch_module.setenv("FROBS_ROS_BACKEND", f"bridge:{simulator}")
+    assert or_raise(launch_Gazebo)(paused=True, gui=False, output="log", launch_new_term=False)
+    yield
+    close_Gazebo()
+
+
+@pytest.fixture
+def world(gazebo: None) -> Iterator[None]:
+    """The bridge's world, paused, and without models afterwards."""
+    from gazebo_msgs.srv import GetWorldProperties
+
+    from frobs_rl_compat.ros import ros_gazebo
+    from frobs_ros.ros.services import call
+
+    ros_gazebo.gazebo_pause_physics()
+    yield
+    ros_gazebo.gazebo_pause_physics()
+    for name in call("/gazebo/get_world_properties", GetWorldProperties).model_names:
+        if name != "ground_plane":
+            ros_gazebo.gazebo_delete_model(name)
+
+
+@pytest.fixture
+def reasons(caplog: pytest.LogCaptureFixture) -> Callable[[], str]:
+    """Returns what the helpers have logged."""
+    caplog.set_level("WARNING", logger="rosout.frobs_ros")
+    return lambda: "\n".join(record.getMessage() for record in caplog.records if "frobs_ros" in record.name)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Pass over rospy's own warnings."""
+    ignore_warnings_of_rospy(items, Path(__file__).parent)

@@ -12,10 +12,12 @@ import gymnasium
 import numpy as np
 import pytest
 
-import frobs_algos_sb3.frobs_rl
 import frobs_rl
+import frobs_rl_compat.ros.robot_basic_env
+import frobs_rl_compat.training
 import frobs_rl_compat.wrappers
-import frobs_ros.robot_basic_env
+import frobs_ros
+from frobs_core.deprecation import FrobsDeprecationWarning
 from frobs_rl.envs.robot_BasicEnv import RobotBasicEnv
 from frobs_rl.models.basic_model import BasicModel
 from frobs_rl.models.td3 import TD3
@@ -31,7 +33,7 @@ ALGORITHMS = ["ppo", "a2c", "ddpg", "dqn", "sac", "td3"]
 @pytest.mark.parametrize("name", ALGORITHMS)
 def test_each_algorithm_has_its_module(name):
     found = getattr(importlib.import_module(f"frobs_rl.models.{name}"), name.upper())
-    assert issubclass(found, getattr(frobs_algos_sb3.frobs_rl, name.upper()))
+    assert found is getattr(frobs_rl_compat.training, name.upper())
 
 
 def test_wrappers_have_both_names_of_the_documentation():
@@ -41,13 +43,7 @@ def test_wrappers_have_both_names_of_the_documentation():
     )
     assert one.NormalizeObservationWrapper is other.NormalizeObservWrapper is one.NormalizeObservWrapper
     assert issubclass(NormalizeObservationWrapper, frobs_rl_compat.wrappers.NormalizeObservationWrapper)
-    assert issubclass(BasicModel, frobs_algos_sb3.frobs_rl.BasicModel)
-
-
-@pytest.mark.parametrize("name", ALGORITHMS)
-def test_the_default_files_are_those_of_the_algorithms(name):
-    original = Path(frobs_algos_sb3.frobs_rl.__file__).parent / "config" / f"{name}_config.yaml"
-    assert (SHARE / "config" / original.name).read_bytes() == original.read_bytes()
+    assert BasicModel is frobs_rl_compat.training.BasicModel
 
 
 def make(library: str):
@@ -128,9 +124,25 @@ COMMON = {
 
 
 @pytest.mark.parametrize("name", COMMON)
-def test_each_helper_is_that_of_frobs_ros(name):
-    ours, theirs = (importlib.import_module(f"{package}.{name}") for package in ("frobs_rl.common", "frobs_ros"))
-    assert getattr(ours, COMMON[name]) is getattr(theirs, COMMON[name])
+def test_each_helper_keeps_its_names_of_frobs_rl_and_of_version_0_2(name):
+    new, *kept = (
+        importlib.import_module(f"{package}.{name}")
+        for package in ("frobs_rl_compat.ros", "frobs_rl.common", "frobs_ros")
+    )
+    with pytest.warns(FrobsDeprecationWarning, match=f"use frobs_rl_compat.ros.{name}.{COMMON[name]}"):
+        assert all(getattr(module, COMMON[name]) is getattr(new, COMMON[name]) for module in kept)
+
+
+def test_the_algorithms_keep_their_names_of_version_0_2():
+    import frobs_algos_sb3.frobs_rl
+
+    with pytest.warns(FrobsDeprecationWarning, match="use frobs_rl_compat.training.TD3"):
+        assert frobs_algos_sb3.frobs_rl.TD3 is frobs_rl_compat.training.TD3
+
+
+def test_the_base_class_keeps_its_names_of_version_0_2():
+    with pytest.warns(FrobsDeprecationWarning, match="use frobs_rl_compat.ros.robot_basic_env.RobotBasicEnv"):
+        assert frobs_ros.RobotBasicEnv is frobs_rl_compat.ros.robot_basic_env.RobotBasicEnv
 
 
 def test_the_templates_have_both_names_of_the_documentation():
@@ -155,7 +167,7 @@ class Still(RobotBasicEnv):
 @pytest.fixture
 def fake_ros(monkeypatch):
     """Let the class that speaks to ROS return fixed values."""
-    base = frobs_ros.robot_basic_env.RobotBasicEnv
+    base = frobs_rl_compat.ros.robot_basic_env.RobotBasicEnv
     monkeypatch.setattr(base, "reset", lambda self, *, seed=None, options=None: (np.zeros(1, np.float32), {}))
     monkeypatch.setattr(base, "step", lambda self, action: (np.zeros(1, np.float32), 1.0, False, True, {}))
 

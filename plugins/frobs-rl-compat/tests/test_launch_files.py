@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 HERE = Path(__file__).parent
-TINY_ARM = HERE.parents[1] / "frobs-ros" / "tests" / "packages" / "tiny_arm"
+TINY_ARM = HERE / "packages" / "tiny_arm"
 ORIGINALS = HERE.parents[3] / "shared" / "frobs_rl" / "originals" / "frobs_rl_resources"
 
 LAUNCH = """<launch>

@@ -60,7 +60,7 @@ def test_what_old_packages_import_is_found_by_a_script_and_by_its_child_processe
 
 def test_programs_of_ros_are_on_the_path_without_a_sourced_setup(legacy_run, monkeypatch):
     from frobs_rl_compat import legacy
-    from frobs_ros.environment import RosInstallation
+    from frobs_ros.ros.environment import RosInstallation
 
     elsewhere = RosInstallation(Path("/opt/ros/noetic"), Path("/opt/ros/noetic/lib/python3/dist-packages"))
     monkeypatch.setattr(legacy, "find_ros", lambda: elsewhere)
@@ -142,7 +142,7 @@ def test_an_unknown_program_is_an_error(legacy_run):
 
 def test_without_ros_the_error_names_the_packages_before_the_script_starts(script):
     code = (
-        "import pathlib; from frobs_ros import environment; from frobs_cli.program import program\n"
+        "import pathlib; from frobs_ros.ros import environment; from frobs_cli.program import program\n"
         "environment.SYSTEM = environment.DISTRIBUTION = pathlib.Path('/nowhere')\n"
         f"program()(['legacy', 'run', {str(script('print(1)'))!r}])"
     )

@@ -31,7 +31,7 @@ TOPICS = ["/tf", *RATES]
 
 
 def rosbag_process(arguments: list[str], uri: str, log: Path) -> subprocess.Popen[bytes]:
-    from frobs_ros.environment import child_variables
+    from frobs_ros.ros.environment import child_variables
 
     environment = {**child_variables(), "ROS_MASTER_URI": uri, "ROS_IP": "127.0.0.1"}
     with log.open("ab") as file:

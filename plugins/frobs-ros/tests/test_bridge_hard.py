@@ -30,14 +30,14 @@ SLIDER = """<robot name="slider"><link name="world"/><link name="l"><inertial><m
 <transmission name="t"><joint name="j"><hardwareInterface>hardware_interface/PositionJointInterface</hardwareInterface></joint></transmission>
 <gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>"""
 STEPPING = """
-from frobs_ros.environment import use_ros
+from frobs_ros.ros.environment import use_ros
 use_ros()
 import rospy
 from frobs_msgs.srv import StepWorld
 rospy.ServiceProxy("/gazebo/step", StepWorld)(200000)
 """
 LISTENING = """
-from frobs_ros.environment import use_ros
+from frobs_ros.ros.environment import use_ros
 use_ros()
 import rospy
 from rosgraph_msgs.msg import Clock

@@ -81,7 +81,7 @@ def test_robot_of_frobs_stands_with_controllers_and_transforms(simulator: str, b
     from std_srvs.srv import Empty
     from tf2_msgs.msg import TFMessage
 
-    from frobs_ros.environment import child_variables
+    from frobs_ros.ros.environment import child_variables
 
     bridges("--simulator", simulator, "--robot", "irb120", "--namespace", "/left", "--paused")
     told = proxy("/left/controller_manager/list_controllers", ListControllers)().controller

@@ -9,9 +9,9 @@ import pytest
 
 from frobs_core.util.arrays import Floats
 from frobs_deploy import Policy
-from frobs_ros import policy_loop
-from frobs_ros.mirror import Command, Mirror, State
-from frobs_ros.policy_loop import RobotSilentError, act
+from frobs_ros.policy_node import policy_loop
+from frobs_ros.policy_node.mirror import Command, Mirror, State
+from frobs_ros.policy_node.policy_loop import RobotSilentError, act
 from frobs_train.export.pretrained import read_pretrained
 
 REACH = "frobs/Irb120Reach-v0"

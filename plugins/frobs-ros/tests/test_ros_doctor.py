@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
-from frobs_ros.doctor import examine_ros
-from frobs_ros.environment import PACKAGES
+from frobs_ros.ros.doctor import examine_ros
+from frobs_ros.ros.environment import PACKAGES
 
 
 def frobs(*words: str) -> subprocess.CompletedProcess[str]:
@@ -41,7 +41,7 @@ def test_the_doctors_facts_are_json(ros: None) -> None:
 
 
 def test_a_part_that_is_missing_is_named_with_its_package(ros: None, monkeypatch: pytest.MonkeyPatch) -> None:
-    from frobs_ros import doctor
+    from frobs_ros.ros import doctor
 
     monkeypatch.setattr(doctor, "PROGRAMS", (*doctor.PROGRAMS, ("rosrobot", "python3-rosrobot", "a part", True)))
     report = doctor.examine_ros()

@@ -5,15 +5,16 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
-from importlib.machinery import PathFinder
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
+from frobs_core.deprecation import FrobsDeprecationWarning
 from frobs_core.util.files import cache_folder
-from frobs_ros.environment import child_variables, find_ros, set_variables
 from frobs_ros.errors import RosNotFoundError
-from frobs_ros.overlay import links_to_modules, make_overlay
+from frobs_ros.ros.environment import child_variables, find_ros, set_variables
+from frobs_ros.ros.overlay import links_to_modules, make_overlay
 
 
 def folder_of_debian(tmp_path: Path) -> Path:
@@ -77,7 +78,7 @@ def test_a_cache_that_cannot_be_written_is_an_error_with_advice(
 
 def test_overlays_stand_behind_everything_else_and_no_finder_is_installed(ros: None) -> None:
     code = (
-        "import sys; before = sys.path[:], sys.meta_path[:]; from frobs_ros.environment import use_ros; use_ros()\n"
+        "import sys; from frobs_ros.ros.environment import use_ros; before = sys.path[:], sys.meta_path[:]; use_ros()\n"
         "use_ros(); print(sys.path[:-2] == before[0] and sys.meta_path == before[1])\n"
         "import gazebo_msgs.msg"
     )
@@ -86,37 +87,45 @@ def test_overlays_stand_behind_everything_else_and_no_finder_is_installed(ros: N
 
 
 def test_the_environments_own_numpy_stays_in_front(ros: None) -> None:
-    code = (
-        "from frobs_ros.environment import use_ros; use_ros(); import numpy, yaml; print(numpy.__file__, yaml.__file__)"
-    )
+    code = "from frobs_ros.ros.environment import use_ros; use_ros(); import numpy, yaml; print(numpy.__file__, yaml.__file__)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert "/usr/lib/python3" not in done.stdout
 
 
 def test_nothing_of_ros_is_imported_until_it_is_used() -> None:
-    modules = (
-        "frobs_ros.ros_gazebo frobs_ros.ros_controllers frobs_ros.ros_launch frobs_ros.ros_node frobs_ros.ros_params"
-    )
-    modules += " frobs_ros.ros_spawn frobs_ros.ros_urdf frobs_ros.robot_basic_env frobs_ros.commands frobs_ros.cli.serve frobs_ros.cli.doctor_ros"
-    code = f"import sys, {modules.replace(' ', ', ')}; print([m for m in ('rospy', 'rosgraph', 'mujoco') if m in sys.modules])"
+    modules = "frobs_ros.ros.processes, frobs_ros.commands, frobs_ros.cli.serve, frobs_ros.cli.doctor_ros"
+    code = f"import sys, {modules}; print([m for m in ('rospy', 'rosgraph', 'mujoco') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 
 
-def test_a_machine_without_ros_is_told_what_to_install(tmp_path: Path) -> None:
-    code = f"""
-from pathlib import Path
-from frobs_ros import environment
-environment.DISTRIBUTION = environment.SYSTEM = Path({str(tmp_path)!r})
-from frobs_ros.ros_gazebo import gazebo_pause_physics
-gazebo_pause_physics()
-"""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.returncode == 1
-    if PathFinder.find_spec("rospy") is None:
-        assert "RosNotFoundError: ROS cannot be used: the Python module 'rospy' is not installed" in done.stderr
-        assert "apt-get install ros-core" in done.stderr
-        assert "frobs doctor ros" in done.stderr
+@pytest.mark.parametrize(
+    ("name", "new"),
+    [
+        ("environment.use_ros", "frobs_ros.ros.environment"),
+        ("mirror.Mirror", "frobs_ros.policy_node.mirror"),
+        ("ros_robot.RosRobot", "frobs_ros.policy_node.robot"),
+        ("log.LOG", "frobs_ros.ros"),
+    ],
+)
+def test_modules_of_version_0_2_stay_importable(name: str, new: str) -> None:
+    module, _, attribute = name.partition(".")
+    with pytest.warns(FrobsDeprecationWarning, match=f"frobs_ros.{name} .* use {new}.{attribute}"):
+        assert getattr(import_module(f"frobs_ros.{module}"), attribute) is getattr(import_module(new), attribute)
+
+
+def test_names_of_frobs_rl_say_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in [name for name in sys.modules if name.partition(".")[0] == "frobs_rl_compat"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "frobs_rl_compat", None)
+    for module in ("frobs_ros", "frobs_ros.robot_basic_env"):
+        with pytest.raises(ImportError, match="pip install frobs-rl-compat"):
+            import_module(module).RobotBasicEnv  # noqa: B018
+
+
+def test_commands_are_listed_without_the_core() -> None:
+    code = "import sys, frobs_ros.commands; print('frobs_core' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "False"
 
 
 def test_nodes_are_kept_on_this_machine_unless_somebody_asks_otherwise() -> None:

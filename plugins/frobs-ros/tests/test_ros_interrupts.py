@@ -6,12 +6,12 @@ import sys
 
 import pytest
 
-from frobs_ros import interrupts
+from frobs_ros.ros import interrupts
 
 _NODE = """
 import os, signal, threading, time
-from frobs_ros.environment import use_ros
-from frobs_ros.interrupts import interruptible
+from frobs_ros.ros.environment import use_ros
+from frobs_ros.ros.interrupts import interruptible
 
 use_ros()
 import rospy

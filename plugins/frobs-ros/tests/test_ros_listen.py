@@ -13,11 +13,11 @@ from pathlib import Path
 
 import pytest
 
-from frobs_ros.environment import child_variables
+from frobs_ros.ros.environment import child_variables
 
 SERVER, CLIENT = "10.77.0.1", "10.77.0.2"
 ASK = """
-from frobs_ros.environment import use_ros
+from frobs_ros.ros.environment import use_ros
 
 use_ros()
 import rospy

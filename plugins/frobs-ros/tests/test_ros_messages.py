@@ -165,7 +165,7 @@ def test_a_file_that_was_not_generated_is_removed(own_cache: Path) -> None:
 
 @pytest.mark.slow
 def test_several_processes_may_fill_the_cache_at_once(own_cache: Path) -> None:
-    code = f"{GENERATE}; from frobs_ros.environment import use_ros; use_ros(); import gazebo_msgs.srv, control_msgs.msg"
+    code = f"{GENERATE}; from frobs_ros.ros.environment import use_ros; use_ros(); import gazebo_msgs.srv, control_msgs.msg"
     running = [start(code, PYTHONHASHSEED=str(seed)) for seed in range(3)]
     outputs = [process.communicate(timeout=60.0) for process in running]
     assert [process.returncode for process in running] == [0, 0, 0], outputs

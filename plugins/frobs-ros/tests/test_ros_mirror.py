@@ -12,7 +12,7 @@ import pytest
 
 from frobs_core.util.errors import ConfigurationError
 from frobs_deploy import Policy
-from frobs_ros.mirror import Mirror, State
+from frobs_ros.policy_node.mirror import Mirror, State
 from frobs_train.export.pretrained import read_pretrained
 
 REACH, MAZE = "frobs/Irb120Reach-v0", "frobs/KobukiMaze-v0"

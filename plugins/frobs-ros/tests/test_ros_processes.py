@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from frobs_ros import processes
 from frobs_ros.errors import ProcessError
+from frobs_ros.ros import processes
 
 STUBBORN = "trap '' INT TERM; while true; do sleep 0.1; done"
 DAEMON = "setsid sh -c 'while true; do sleep 0.1; done' & exec sleep 100"
@@ -78,7 +78,7 @@ def test_what_a_command_leaves_behind_when_it_ends_is_ended(tmp_path: Path) -> N
 def test_nothing_is_left_when_the_owner_is_gone(end: str, tmp_path: Path) -> None:
     script = f"""
 import signal, sys, time
-from frobs_ros import processes
+from frobs_ros.ros import processes
 signal.signal(signal.SIGINT, signal.default_int_handler)  # which shells take from what runs in the background
 process = processes.start("node", ["sh", "-c", {DAEMON!r}], name="tested", grace=0.4)
 while len(process.pids()) < 3:

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from frobs_core.util.errors import ConfigurationError
-from frobs_ros.mirror import Mirror
-from frobs_ros.ros_robot import RosRobot
+from frobs_ros.policy_node.mirror import Mirror
+from frobs_ros.policy_node.robot import RosRobot
 from frobs_train.export.pretrained import read_pretrained
 
 DRIVE = {
@@ -77,7 +77,7 @@ def test_a_drive_that_does_not_run_is_refused_as_others_are(arm: None, maze: Mir
     from gazebo_msgs.srv import SpawnModel
     from geometry_msgs.msg import Pose
 
-    from frobs_ros.services import call
+    from frobs_ros.ros.services import call
 
     rospy.set_param(f"{MANAGED}/drive", DRIVE)
     place = Pose()
@@ -106,6 +106,6 @@ def test_where_nobody_manages_controllers_a_drive_is_trusted(arm: None, maze: Mi
 
 def _step() -> None:
     from frobs_msgs.srv import StepWorld
-    from frobs_ros.services import call
+    from frobs_ros.ros.services import call
 
     call("/gazebo/step", StepWorld, 20)

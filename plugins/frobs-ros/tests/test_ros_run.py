@@ -11,12 +11,12 @@ from typing import Any
 
 import pytest
 
-from frobs_ros.processes import wait_for
+from frobs_ros.ros.processes import wait_for
 
 # rospy's other thread sends each message a moment later, as on a busy machine
 RUN = """
 import sys, time
-from frobs_ros.environment import use_ros
+from frobs_ros.ros.environment import use_ros
 use_ros()
 from rospy.impl.tcpros_base import TCPROSTransport
 
@@ -50,8 +50,8 @@ def speed(rosmaster: str) -> Any:
 
 
 def _kill_node(process: subprocess.Popen[str]) -> None:
-    from frobs_ros import nodes
     from frobs_ros.errors import RosError
+    from frobs_ros.ros import nodes
 
     (name,) = (name for name in nodes.names() if name.startswith("/frobs_policy"))
     with contextlib.suppress(RosError):  # the node may end before it answers

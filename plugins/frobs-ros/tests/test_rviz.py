@@ -19,7 +19,7 @@ from PIL import Image
 
 from frobs_core.util.rotations import quat_rotate
 from frobs_ros import rviz
-from frobs_ros.visualization import MARKERS, PATH
+from frobs_ros.policy_node.visualization import MARKERS, PATH
 
 WIDTH, HEIGHT = 1200, 800  # of the window, in both configurations
 FIELD_OF_VIEW = math.radians(45)  # of RViz's cameras, vertical
@@ -37,7 +37,7 @@ class Screen:
     """An X server without a monitor, and RViz on all of it."""
 
     def __init__(self, config: Path, folder: Path, stack: ExitStack) -> None:
-        from frobs_ros.environment import child_variables
+        from frobs_ros.ros.environment import child_variables
 
         self._frame, self._stack, self.log = folder / "Xvfb_screen0", stack, folder / "rviz.log"
         size = f"{WIDTH}x{HEIGHT}x24"

@@ -20,10 +20,10 @@ from frobs_core.models import load_model
 from frobs_core.models.kinematics import MOVING
 from frobs_core.plugins import get_record
 from frobs_core.util.errors import ModelFileError
-from frobs_ros.ros_node import find_node
-from frobs_ros.state_publisher import Frames, Pace, prefixed, read_joints
+from frobs_ros.ros.packages import find_node
+from frobs_ros.ros.state_publisher import Frames, Pace, prefixed, read_joints
 
-MODULE = "frobs_ros.state_publisher"
+MODULE = "frobs_ros.ros.state_publisher"
 ZOO = """<robot name="zoo">
 <link name="base"/><link name="a"/><link name="b"/><link name="c"/><link name="d"/><link name="e"/><link name="/f"/>
 <link name="g"/><link name="h"/>

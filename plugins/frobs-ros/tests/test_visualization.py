@@ -13,10 +13,10 @@ import yaml
 
 from frobs_core.models import Pose
 from frobs_ros import rviz
-from frobs_ros.mirror import Mirror, State
-from frobs_ros.policy_loop import Report
+from frobs_ros.policy_node.mirror import Mirror, State
+from frobs_ros.policy_node.policy_loop import Report
+from frobs_ros.policy_node.visualization import MARKERS, PATH, Visualization
 from frobs_ros.rviz.__main__ import main
-from frobs_ros.visualization import MARKERS, PATH, Visualization
 from frobs_train.export.pretrained import read_pretrained
 
 

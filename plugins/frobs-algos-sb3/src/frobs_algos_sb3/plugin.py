@@ -31,7 +31,6 @@ def _record(name: str, cls: str, summary: str, action_spaces: tuple[str, ...], *
         action_spaces=action_spaces,
         tuned={f"frobs/{key}-v0": f"frobs_algos_sb3:tuned/{file}" for key, file in tuned.items()},
         search_space=f"frobs_algos_sb3:search/{name}.yaml",
-        config_files={f"model_params.{name}_params": "frobs_algos_sb3.frobs_rl.translate:translate"},
         model_files=_MODEL_FILES,
     )
 

@@ -27,7 +27,6 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
             summary=f"{record.summary.removesuffix(', from sb3-contrib')}, in JAX",
             entry_point=f"frobs_algos_sbx.{_CLASSES[record.name]}",
             install_hint="pip install frobs-algos-sbx",
-            config_files={},
             model_files={},
         )
         for record in torch_family.frobs_algorithms()

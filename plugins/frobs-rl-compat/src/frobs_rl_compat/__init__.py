@@ -1,12 +1,14 @@
-"""Support for running and migrating packages written for FRobs_RL.
+"""Everything that exists only for FRobs_RL, and support for running and migrating packages written for it.
 
-- ``legacy.py``: environment variables that ``frobs legacy`` sets for old packages
-- ``overlay/``: the replacements for ``gym`` and ``moveit_commander`` that old packages import
-- ``old_gym/``: implementation of the replacement for ``gym``
-- ``moveit/``: implementation of the replacement for ``moveit_commander``
-- ``manner.py``: conversion between the old gym API and Gymnasium's API
-- ``wrapping.py``: mixin that lets wrappers keep the API of the wrapped environment
-- ``models.py``: mixin for algorithms that also accept environments with the old gym API
+- ``ros/``, ``gazebo/``: FRobs_RL's functions for ROS and Gazebo, and its base class for environments
+- ``training/``: FRobs_RL's algorithm classes and YAML files
+- ``wrappers/``: FRobs_RL's wrappers
+- ``legacy.py``: environment variables that ``frobs legacy`` sets for packages written for FRobs_RL
+- ``overlay/``: the replacements for ``gym`` and ``moveit_commander`` that these packages import
+- ``startup_patches.py``: names of earlier versions of NumPy, restored in processes of ``frobs legacy run``
+- ``stand_ins/``, ``ros_packages/``: replacements for ROS packages that are not installed
+- ``old_gym/``, ``moveit/``: implementations of the replacements for ``gym`` and ``moveit_commander``
+- ``gym_api.py``: conversion between the old gym API and Gymnasium's API
 - ``migrate/``: conversion of FRobs_RL packages to plugins, used by ``frobs migrate``
 
 Importing this package does not import its modules.

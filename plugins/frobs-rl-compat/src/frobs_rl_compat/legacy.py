@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from frobs_core.util.files import cache_folder
+from frobs_rl_compat.stand_ins import missing_packages
 from frobs_ros import (
     RosInstallation,
     environment_has,
@@ -14,7 +15,6 @@ from frobs_ros import (
     links_to_messages,
     links_to_ros,
     make_overlay,
-    missing_packages,
     use_ros,
 )
 
@@ -39,8 +39,8 @@ def legacy_variables() -> dict[str, str]:
     """
     use_ros()
     installation = find_ros()
-    # Python runs any module named sitecustomize at startup, so overlay_start.py gets this name only in the overlay.
-    own = {"frobs_rl": FROBS_RL, "gym": _HERE / "overlay" / "gym", "sitecustomize.py": _HERE / "overlay_start.py"}
+    # Python runs any module named sitecustomize at startup, so startup_patches.py gets this name only in the overlay.
+    own = {"frobs_rl": FROBS_RL, "gym": _HERE / "overlay" / "gym", "sitecustomize.py": _HERE / "startup_patches.py"}
     stand_ins = missing_packages()
     if not _has_moveit(installation):
         own[_MOVEIT] = _HERE / "overlay" / _MOVEIT

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from frobs_train.configuration.config import ResetFromConfig as ResetFromConfig
     from frobs_train.configuration.config import RunConfig as RunConfig
     from frobs_train.configuration.config import ThreadsConfig as ThreadsConfig
+    from frobs_train.configuration.layout_record import ConfigLayoutRecord as ConfigLayoutRecord
     from frobs_train.configuration.resolve import read_setting as read_setting
     from frobs_train.configuration.resolve import resolve_config as resolve_config
     from frobs_train.environments import EnvironmentRecipe as EnvironmentRecipe
@@ -86,6 +87,7 @@ _MODULES = {
     "Checkpoint": "frobs_train.runs.checkpoints",
     "Comparison": "frobs_train.comparison.compare",
     "ComponentConfig": "frobs_train.configuration.config",
+    "ConfigLayoutRecord": "frobs_train.configuration.layout_record",
     "EnvironmentRecipe": "frobs_train.environments",
     "EpisodeRecorder": "frobs_train.logs.recorder",
     "Evaluation": "frobs_train.evaluation.evaluate",

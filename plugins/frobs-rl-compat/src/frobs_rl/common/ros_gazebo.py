@@ -1,3 +1,3 @@
-"""Functions that launch Gazebo and call its services, re-exported from :mod:`frobs_ros.ros_gazebo`."""
+"""Functions that launch Gazebo and call its services, re-exported from :mod:`frobs_rl_compat.ros.ros_gazebo`."""
 
-from frobs_ros.ros_gazebo import *
+from frobs_rl_compat.ros.ros_gazebo import *

@@ -1,3 +1,3 @@
-"""Functions that start and stop launch files, re-exported from :mod:`frobs_ros.ros_launch`."""
+"""Functions that start and stop launch files, re-exported from :mod:`frobs_rl_compat.ros.ros_launch`."""
 
-from frobs_ros.ros_launch import *
+from frobs_rl_compat.ros.ros_launch import *

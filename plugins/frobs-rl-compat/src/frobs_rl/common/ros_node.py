@@ -1,3 +1,3 @@
-"""Functions that start and stop nodes and other processes, re-exported from :mod:`frobs_ros.ros_node`."""
+"""Functions that start and stop nodes and other processes, re-exported from :mod:`frobs_rl_compat.ros.ros_node`."""
 
-from frobs_ros.ros_node import *
+from frobs_rl_compat.ros.ros_node import *

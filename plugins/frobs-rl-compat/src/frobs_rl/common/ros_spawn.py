@@ -1,3 +1,3 @@
-"""Functions that spawn a robot with its controllers, re-exported from :mod:`frobs_ros.ros_spawn`."""
+"""Functions that spawn a robot with its controllers, re-exported from :mod:`frobs_rl_compat.ros.ros_spawn`."""
 
-from frobs_ros.ros_spawn import *
+from frobs_rl_compat.ros.ros_spawn import *

@@ -1,3 +1,3 @@
-"""Functions that parse and load URDF and xacro files, re-exported from :mod:`frobs_ros.ros_urdf`."""
+"""Functions that parse and load URDF and xacro files, re-exported from :mod:`frobs_rl_compat.ros.ros_urdf`."""
 
-from frobs_ros.ros_urdf import *
+from frobs_rl_compat.ros.ros_urdf import *

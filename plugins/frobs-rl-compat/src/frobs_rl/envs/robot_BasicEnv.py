@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from frobs_rl_compat.manner import to_four_values
+from frobs_rl_compat.gym_api import to_four_values
 from frobs_rl_compat.old_gym.registration import is_made_by_gymnasium
-from frobs_ros import RobotBasicEnv as _RobotBasicEnv
+from frobs_rl_compat.ros.robot_basic_env import RobotBasicEnv as _RobotBasicEnv
 
 __all__ = ["RobotBasicEnv"]
 
 
 class RobotBasicEnv(_RobotBasicEnv):
-    """Version of :class:`frobs_ros.robot_basic_env.RobotBasicEnv` with the old gym API.
+    """Version of :class:`frobs_rl_compat.ros.robot_basic_env.RobotBasicEnv` with the old gym API.
 
     ``reset`` returns only the observation, and ``step`` returns four values. Environments created by ``gymnasium.make``
     use the Gymnasium API instead, because ``gymnasium.make`` requires that API.

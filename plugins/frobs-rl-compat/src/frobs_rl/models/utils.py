@@ -8,8 +8,8 @@ import numpy as np
 from stable_baselines3.common import env_checker
 from stable_baselines3.common.noise import NormalActionNoise
 
-from frobs_algos_sb3.frobs_rl import PolicyParams
-from frobs_rl_compat.manner import to_gymnasium
+from frobs_rl_compat.gym_api import to_gymnasium
+from frobs_rl_compat.training import PolicyParams
 
 __all__ = ["check_env", "get_action_noise", "get_policy_kwargs", "test_env"]
 

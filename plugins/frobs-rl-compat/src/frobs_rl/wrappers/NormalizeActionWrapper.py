@@ -1,7 +1,7 @@
 """Normalizes actions to [−1, 1]."""
 
+from frobs_rl_compat.gym_api import KeepsApi
 from frobs_rl_compat.wrappers import NormalizeActionWrapper as _NormalizeActionWrapper
-from frobs_rl_compat.wrapping import KeepsApi
 
 __all__ = ["NormalizeActionWrapper"]
 

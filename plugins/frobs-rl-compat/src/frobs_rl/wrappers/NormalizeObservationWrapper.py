@@ -1,7 +1,7 @@
 """Normalizes observations to [−1, 1]."""
 
+from frobs_rl_compat.gym_api import KeepsApi
 from frobs_rl_compat.wrappers import NormalizeObservationWrapper as _NormalizeObservationWrapper
-from frobs_rl_compat.wrapping import KeepsApi
 
 __all__ = ["NormalizeObservWrapper", "NormalizeObservationWrapper"]
 

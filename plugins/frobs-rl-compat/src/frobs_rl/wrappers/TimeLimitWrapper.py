@@ -1,7 +1,7 @@
 """Limits the number of steps per episode."""
 
+from frobs_rl_compat.gym_api import KeepsApi
 from frobs_rl_compat.wrappers import TimeLimitWrapper as _TimeLimitWrapper
-from frobs_rl_compat.wrapping import KeepsApi
 
 __all__ = ["TimeLimitWrapper"]
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from frobs_rl_compat.migrate.expressions import Evaluator, UnknownValueError
 from frobs_rl_compat.migrate.python_files import ROOTS, OldClass
-from frobs_ros import RobotSettings
+from frobs_rl_compat.ros.robot_settings import RobotSettings
 
 PARAMETERS = RobotSettings.names()
 """Parameters of ``RobotBasicEnv``, in order."""

@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from frobs_algos_sb3.frobs_rl import ROOT, algorithms_in, translate
 from frobs_core.util.errors import ConfigurationError, TargetExistsError
 from frobs_core.util.plain import plain, to_json
 from frobs_core.util.yaml import dump_yaml, load_yaml
 from frobs_rl_compat.migrate.errors import MigrationError
 from frobs_rl_compat.migrate.report import Migration
+from frobs_rl_compat.training import ROOT, algorithms_in, translate
 
 LEGACY_IDS = {
     "irb120": "frobs/Irb120ReachLegacy-v0",

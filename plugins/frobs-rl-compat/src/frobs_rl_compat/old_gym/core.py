@@ -6,7 +6,7 @@ from typing import Any
 
 import gymnasium
 
-from frobs_rl_compat.manner import forwarded, has_gym_api, to_four_values
+from frobs_rl_compat.gym_api import forwarded, has_gym_api, to_four_values
 from frobs_rl_compat.old_gym.seeding import np_random
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import gymnasium
 from gymnasium.envs.registration import EnvSpec, load_env_creator
 
-from frobs_rl_compat.manner import to_gymnasium
+from frobs_rl_compat.gym_api import to_gymnasium
 from frobs_rl_compat.old_gym.core import to_gym
 
 _MAKE = f"{__name__}:make_for_gymnasium"

@@ -20,7 +20,7 @@ class Bridge:
     """A running world and the components of its models.
 
     Args:
-        furnish: Function that creates the components of a new model, such as plugins and a controller manager.
+        make_components: Function that creates the components of a new model, such as plugins and a controller manager.
 
     Attributes:
         world: The simulated world. Only the simulation thread may access the world. Other threads must use
@@ -29,10 +29,12 @@ class Bridge:
             simulation.
     """
 
-    def __init__(self, world: World, *, paused: bool, furnish: Callable[[Bridge, Model], Sequence[Component]]) -> None:
+    def __init__(
+        self, world: World, *, paused: bool, make_components: Callable[[Bridge, Model], Sequence[Component]]
+    ) -> None:
         self.world = world
         self.loop = Loop(self, paused)
-        self._furnish = furnish
+        self._make_components = make_components
         self._general: list[Component] = []
         self._components: dict[str, list[Component]] = {}
         self.max_update_rate = 1000.0
@@ -63,7 +65,7 @@ class Bridge:
         """
         self.world.add(model)
         try:
-            self._components[model.name] = list(self._furnish(self, model))
+            self._components[model.name] = list(self._make_components(self, model))
         except BaseException:
             self.world.remove(model.name)
             raise
@@ -143,7 +145,7 @@ class Bridge:
         for component in components:
             least = component.most_steps(world)
             steps = steps if least is None else min(steps, least)
-        if any(model.drive.needs_every_step for model in world.robots()):
+        if any(model.joint_targets.needs_every_step for model in world.robots()):
             steps = 1
         for component in components:
             component.before(world, steps)

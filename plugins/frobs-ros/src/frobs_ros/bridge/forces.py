@@ -85,14 +85,14 @@ class Forces:
         """
         self._all = [f for f in self._all if f.end_ns is None or f.end_ns > world.time_ns]
         for model in world.robots():
-            model.drive.efforts[:] = 0.0
+            model.joint_targets.efforts[:] = 0.0
         wrenches: dict[str, tuple[Floats, Floats]] = {}
         for force in self._all:
             if force.start_ns > world.time_ns:
                 continue
             model = world.models[force.model]
             if isinstance(force, JointEffort):
-                model.drive.efforts[model.joints[force.joint]] += force.effort
+                model.joint_targets.efforts[model.joints[force.joint]] += force.effort
             else:
                 body = f"{model.key}/{force.link}"
                 linear, angular = wrenches.get(body, (0.0, 0.0))

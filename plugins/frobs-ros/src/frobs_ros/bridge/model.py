@@ -12,8 +12,8 @@ from frobs_core.contracts import CommandMode, RobotHandle
 from frobs_core.description import Body, Placement, Robot
 from frobs_core.models import Pose, RobotModel, default_gains, home_positions
 from frobs_core.util.arrays import Floats
-from frobs_ros.bridge.drive import Drive
-from frobs_ros.bridge.extras import read_sensors
+from frobs_ros.bridge.gazebo_elements import read_sensors
+from frobs_ros.bridge.joint_targets import JointTargets
 from frobs_ros.bridge.poses import REST, WORLD, Motion, Place, place_of
 
 
@@ -71,7 +71,7 @@ class Model:
         placement = description.placement
         names = placement.model.joint_names if placement else ()
         self.joints = {joint: number for number, joint in enumerate(names)}
-        self.drive = Drive([description.modes.get(joint, CommandMode.EFFORT) for joint in names])
+        self.joint_targets = JointTargets([description.modes.get(joint, CommandMode.EFFORT) for joint in names])
         self._standing = place
 
     @property

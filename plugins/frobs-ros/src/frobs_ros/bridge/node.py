@@ -47,8 +47,8 @@ def serve(options: Options) -> None:
         FrobsError: An option, the robot or the world is invalid, or ROS or the simulator is unavailable.
     """
     _bind(options.listen)
-    from frobs_ros import master
-    from frobs_ros.environment import use_ros
+    from frobs_ros.ros import master
+    from frobs_ros.ros.environment import use_ros
 
     use_ros()
     import rospy
@@ -68,15 +68,15 @@ def open_bridge(options: Options) -> Bridge:
     import rosgraph
     import rospy
 
-    from frobs_ros.bridge.furnish import furnish
-    from frobs_ros.bridge.publishers import Clock, States, Wishes
+    from frobs_ros.bridge.initial_world import add_models, read_robot, set_up_robot
+    from frobs_ros.bridge.model_components import make_components
+    from frobs_ros.bridge.publishers import Clock, StateCommands, States
     from frobs_ros.bridge.sdf import WorldFile, read_world
     from frobs_ros.bridge.services.joints import offer_joint_services
     from frobs_ros.bridge.services.links import offer_link_services
     from frobs_ros.bridge.services.models import offer_model_services
     from frobs_ros.bridge.services.offer import Offers
     from frobs_ros.bridge.services.world import offer_light_services, offer_world_services
-    from frobs_ros.bridge.stand import fill, read_robot, stand_up
 
     # Check for errors before creating the node, which replaces any running node of the same name.
     record = plugins.get_record("simulator", options.simulator)
@@ -96,18 +96,18 @@ def open_bridge(options: Options) -> Bridge:
     if not rosgraph.Master("/gazebo").hasParam("/rosout_disable_topics_generation"):
         rosgraph.Master("/gazebo").setParam("/rosout_disable_topics_generation", False)
     rospy.init_node("gazebo")
-    bridge = Bridge(world, paused=options.paused, furnish=furnish)
+    bridge = Bridge(world, paused=options.paused, make_components=make_components)
     rate = options.max_update_rate
     bridge.max_update_rate = file.max_update_rate if rate is None else rate
     try:
         bridge.join(Clock(options.clock_frequency))
         bridge.join(States(options.state_frequency))
-        bridge.join(Wishes(bridge))
+        bridge.join(StateCommands(bridge))
         if options.gui:
             world.open_viewer()
-        fill(bridge, file)
+        add_models(bridge, file)
         if robot is not None:
-            stand_up(bridge, *robot)
+            set_up_robot(bridge, *robot)
         bridge.loop.start()
         offers = Offers(bridge, "/gazebo")
         offer_model_services(offers)

@@ -76,7 +76,7 @@ class States(Component):
         publisher.publish(message)
 
 
-class Wishes(Component):
+class StateCommands(Component):
     """Subscriber to the topics ``/gazebo/set_model_state`` and ``/gazebo/set_link_state``.
 
     These topics have the same effect as the services of the same names.

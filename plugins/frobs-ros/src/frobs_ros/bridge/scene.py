@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from frobs_core.description import Contact, Scene
-from frobs_ros.bridge.lens import camera_name, make_camera
+from frobs_ros.bridge.camera_optics import camera_name, make_camera
 from frobs_ros.bridge.model import Model
 
 

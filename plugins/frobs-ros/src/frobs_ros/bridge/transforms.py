@@ -7,7 +7,7 @@ import numpy as np
 from frobs_ros.bridge.component import Component, stamp
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.world import World
-from frobs_ros.state_publisher import FREQUENCY, read_joints, split, to_message
+from frobs_ros.ros.state_publisher import FREQUENCY, read_joints, split, to_message
 
 
 class Transforms(Component):

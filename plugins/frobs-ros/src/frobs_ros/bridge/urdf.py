@@ -14,7 +14,7 @@ from xml.etree.ElementTree import Element
 from frobs_core.contracts import CommandMode
 from frobs_core.description import Placement, Robot
 from frobs_core.models import RobotModel, load_model
-from frobs_ros.bridge.extras import read_lidars
+from frobs_ros.bridge.gazebo_elements import read_lidars
 from frobs_ros.bridge.model import Description, with_gains
 
 _INTERFACES = {

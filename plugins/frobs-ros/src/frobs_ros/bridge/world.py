@@ -94,7 +94,7 @@ class World:
         self._build([*self.models.values(), model])
         self.models[model.name] = model
         if model.robot is not None:
-            model.drive.hold(model.robot)
+            model.joint_targets.hold(model.robot)
 
     def remove(self, name: str) -> Model:
         """Remove a model from the world and return the model."""
@@ -165,7 +165,7 @@ class World:
             self.forces.apply(self)
             for model in self.robots():
                 assert model.robot is not None
-                model.drive.command(model.robot, steps, self._timestep)
+                model.joint_targets.command(model.robot, steps, self._timestep)
             self.simulation.step(steps)
         self.steps += steps
         self.time_ns += steps * self.timestep_ns
@@ -182,7 +182,7 @@ class World:
         for model in self.models.values():
             self.put(model, model.spawned)
             if model.robot is not None:
-                model.drive.hold(model.robot)
+                model.joint_targets.hold(model.robot)
         if time:
             self.time_ns = 0
 

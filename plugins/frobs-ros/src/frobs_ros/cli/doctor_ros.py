@@ -25,7 +25,7 @@ def ros(json: Json = False) -> None:
     """
     from rich.text import Text
 
-    from frobs_ros.doctor import examine_ros
+    from frobs_ros.ros.doctor import examine_ros
 
     report = examine_ros()
     if json:

@@ -92,11 +92,11 @@ def run(
     from frobs_core.plugins.registry import pretrained_path
     from frobs_deploy import Policy, read_bundle, read_manifest
     from frobs_models import fingerprint
-    from frobs_ros.environment import use_ros
-    from frobs_ros.mirror import Mirror
-    from frobs_ros.policy_loop import Report, act
-    from frobs_ros.ros_robot import RosRobot, Topics
-    from frobs_ros.visualization import Visualization
+    from frobs_ros.policy_node.mirror import Mirror
+    from frobs_ros.policy_node.policy_loop import Report, act
+    from frobs_ros.policy_node.robot import RosRobot, Topics
+    from frobs_ros.policy_node.visualization import Visualization
+    from frobs_ros.ros.environment import use_ros
 
     opened = read_bundle(pretrained_path(bundle) if pretrained or policy else bundle)
     if robot is None:

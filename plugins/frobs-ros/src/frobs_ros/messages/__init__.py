@@ -15,4 +15,4 @@ PACKAGES = (
     "control_msgs", "controller_manager_msgs", "dynamic_reconfigure", "frobs_msgs", "gazebo_msgs", "moveit_msgs",
     "object_recognition_msgs", "octomap_msgs", "shape_msgs",
 )  # fmt: skip
-"""Message packages that can be imported after calling :func:`frobs_ros.environment.use_ros`."""
+"""Message packages that can be imported after calling :func:`frobs_ros.ros.environment.use_ros`."""

@@ -10,10 +10,10 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from frobs_core.util.files import cache_folder, write_aside
-from frobs_ros.environment import link_modules
 from frobs_ros.errors import RosError, RosNotFoundError
 from frobs_ros.messages.generator import generate
-from frobs_ros.overlay import delete_unused
+from frobs_ros.ros.environment import link_modules
+from frobs_ros.ros.overlay import delete_unused
 
 DEFINITIONS = Path(__file__).with_name("definitions")
 

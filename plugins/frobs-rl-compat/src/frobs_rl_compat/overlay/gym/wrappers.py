@@ -14,7 +14,7 @@ def __getattr__(name: str) -> Callable[..., Any]:
 
 
 def _wrap(wrapper: Callable[..., Any], env: Any, *args: Any, **kwargs: Any) -> Any:
-    from frobs_rl_compat.manner import to_gymnasium
+    from frobs_rl_compat.gym_api import to_gymnasium
     from frobs_rl_compat.old_gym.core import to_gym
 
     return to_gym(wrapper(to_gymnasium(env), *args, **kwargs))

@@ -86,20 +86,20 @@ class Controller(Component):
 
     def command(self, values: Floats) -> None:
         """Set the (k,) targets of the joints: positions, velocities or efforts, depending on the interface."""
-        self.model.drive.targets[self.columns] = values
+        self.model.joint_targets.targets[self.columns] = values
 
     def start(self, world: World) -> None:
         """Take control of the joints and hold their current state until a command arrives."""
         if self.interface is not None:
             for column in self.columns.tolist():
-                self.model.drive.set_mode(column, self.interface, self.robot)
+                self.model.joint_targets.set_mode(column, self.interface, self.robot)
         self._next_ns = world.time_ns
 
     def stop(self, world: World) -> None:
         """Release the joints, and set their targets to the current position, zero velocity or zero effort."""
         if self.interface is not None:
             for column in self.columns.tolist():
-                self.model.drive.set_mode(column, self.model.drive.modes[column], self.robot)
+                self.model.joint_targets.set_mode(column, self.model.joint_targets.modes[column], self.robot)
 
     def reset(self, world: World) -> None:
         """Restart the controller after the robot was reset to its spawn pose."""

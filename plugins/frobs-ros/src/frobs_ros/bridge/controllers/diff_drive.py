@@ -8,8 +8,8 @@ from typing import Any
 
 from frobs_core.contracts import CommandMode
 from frobs_ros.bridge.controllers.controller import Controller, listed
+from frobs_ros.bridge.differential_drive import Base, Driver, Driving
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.wheels import Base, Driver, Driving
 from frobs_ros.bridge.world import World
 from frobs_ros.errors import ControllerError
 

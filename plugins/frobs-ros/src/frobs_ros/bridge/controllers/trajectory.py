@@ -151,7 +151,7 @@ class TrajectoryController(Controller):
             # The drive law contains the damping term Kd·q̇. Adding Kd/Kp·v to the target turns this term into
             # Kd·(q̇ − v).
             ahead = np.divide(damping, stiffness, out=np.zeros_like(damping), where=stiffness > 0.0)
-            self.model.drive.look_ahead(self.columns, positions + ahead * velocities)
+            self.model.joint_targets.look_ahead(self.columns, positions + ahead * velocities)
         else:
             error, rate = positions[0] - self.positions(), velocities[0] - self.velocities()
             self.command(self._forward * velocities[0] + self._pid(error, rate, world.timestep))

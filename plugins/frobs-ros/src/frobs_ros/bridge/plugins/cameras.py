@@ -19,11 +19,11 @@ import numpy.typing as npt
 
 from frobs_core.contracts import Simulation
 from frobs_core.util.errors import RenderingUnavailableError
+from frobs_ros.bridge.camera_optics import CameraOptics, camera_name, read_optics
 from frobs_ros.bridge.component import Component
-from frobs_ros.bridge.extras import Plugin
-from frobs_ros.bridge.lens import Lens, camera_name, read_lens
+from frobs_ros.bridge.gazebo_elements import Plugin
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.plugins.drive import topic
+from frobs_ros.bridge.plugins.differential_drive import topic
 from frobs_ros.bridge.world import World
 from frobs_ros.errors import GazeboElementError
 
@@ -66,10 +66,10 @@ class CameraTopics(Component):
         self._frame = plugin.text("frameName", default="world").strip("/")
         self._random = np.random.default_rng(0)
         self._rospy = rospy
-        self.lens: Lens = read_lens(sensor)
+        self.optics: CameraOptics = read_optics(sensor)
         self._image = self._publisher("imageTopicName", "image_raw", Image)
         self._info = self._publisher("cameraInfoTopicName", "camera_info", CameraInfo)
-        self._intrinsics = _intrinsics(self.lens, plugin)
+        self._intrinsics = _intrinsics(self.optics, plugin)
 
     def tell(self, world: World) -> None:
         """Render and publish if there are subscribers."""
@@ -100,33 +100,33 @@ class CameraTopics(Component):
     def _colors(self, simulation: Simulation) -> Pixels:
         """Return an RGB image (h, w, 3)."""
         drawn: Pixels = self._draw(simulation, "rgb")
-        mean, deviation = self.lens.noise
+        mean, deviation = self.optics.noise
         if not (mean or deviation):
             return drawn
         noisy = drawn + 255.0 * self._random.normal(mean, deviation, drawn.shape)
         return np.clip(np.rint(noisy), 0.0, 255.0).astype(np.uint8)
 
     def _draw(self, simulation: Simulation, modality: str) -> npt.NDArray[Any]:
-        drawn: npt.NDArray[Any] = simulation.render(None, self._camera, self.lens.size, modality, fast=True)[0]
+        drawn: npt.NDArray[Any] = simulation.render(None, self._camera, self.optics.size, modality, fast=True)[0]
         return drawn
 
     def _image_message(self, header: Any, colors: Pixels) -> Any:
-        encoding = self.lens.encoding
+        encoding = self.optics.encoding
         if encoding == "mono8":
             colors = np.rint(colors @ _LUMA).astype(np.uint8)
         elif encoding == "bgr8":
             colors = colors[..., ::-1]
-        height, width = self.lens.size
+        height, width = self.optics.size
         step = width * (1 if encoding == "mono8" else 3)
         return self._image.data_class(header, height, width, encoding, 0, step, colors.tobytes())
 
 
-def _intrinsics(lens: Lens, plugin: Plugin) -> dict[str, Any]:
-    f, cx, cy = lens.focal_length, 0.5 * (lens.width + 1), 0.5 * (lens.height + 1)
+def _intrinsics(optics: CameraOptics, plugin: Plugin) -> dict[str, Any]:
+    f, cx, cy = optics.focal_length, 0.5 * (optics.width + 1), 0.5 * (optics.height + 1)
     shift = -f * plugin.number("hackBaseline", default=0.0)
     return {
-        "height": lens.height,
-        "width": lens.width,
+        "height": optics.height,
+        "width": optics.width,
         "distortion_model": "plumb_bob",
         "D": [0.0] * 5,
         "K": [f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0],

@@ -12,9 +12,9 @@ from __future__ import annotations
 
 from frobs_core.util.errors import UnknownNameError
 from frobs_ros.bridge.component import Component
-from frobs_ros.bridge.extras import Plugin
+from frobs_ros.bridge.gazebo_elements import Plugin
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.plugins.drive import topic
+from frobs_ros.bridge.plugins.differential_drive import topic
 from frobs_ros.bridge.world import World
 from frobs_ros.errors import GazeboElementError
 

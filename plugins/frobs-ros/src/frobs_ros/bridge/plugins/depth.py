@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from frobs_core.contracts import Simulation
-from frobs_ros.bridge.extras import Plugin
+from frobs_ros.bridge.gazebo_elements import Plugin
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.plugins.cameras import CameraTopics, Pixels
 
@@ -44,14 +44,14 @@ class DepthTopics(CameraTopics):
         super().__init__(model, plugin, space)
         self._range = (
             plugin.number("pointCloudCutoff", default=0.4),
-            min(plugin.number("pointCloudCutoffMax", default=most), self.lens.far),
+            min(plugin.number("pointCloudCutoffMax", default=most), self.optics.far),
         )
         self._depth = self._publisher("depthImageTopicName", "depth/image_raw", Image)
         self._depth_info = self._publisher("depthImageCameraInfoTopicName", "depth/camera_info", CameraInfo)
         self._cloud = self._publisher("pointCloudTopicName", "points", PointCloud2)
-        height, width = self.lens.size
-        self._right = (np.arange(width) - 0.5 * (width - 1)) / self.lens.focal_length  # (w,) of a point at depth 1
-        self._down = (np.arange(height) - 0.5 * (height - 1))[:, None] / self.lens.focal_length  # (h, 1)
+        height, width = self.optics.size
+        self._right = (np.arange(width) - 0.5 * (width - 1)) / self.optics.focal_length  # (w,) of a point at depth 1
+        self._down = (np.arange(height) - 0.5 * (height - 1))[:, None] / self.optics.focal_length  # (h, 1)
 
     def _send(self, simulation: Simulation, header: Any) -> None:
         super()._send(simulation, header)
@@ -59,7 +59,7 @@ class DepthTopics(CameraTopics):
         wants_cloud = self._cloud.get_num_connections() > 0
         if wants_cloud or self._depth.get_num_connections():
             depth = self._measure(simulation)
-            height, width = self.lens.size
+            height, width = self.optics.size
             self._depth.publish(self._depth.data_class(header, height, width, "32FC1", 0, 4 * width, depth.tobytes()))
             if wants_cloud:
                 self._cloud.publish(self._cloud_message(header, depth, self._draw(simulation, "rgb")))

@@ -28,9 +28,9 @@ from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import check_name
 from frobs_core.util.rotations import quat_conjugate, quat_from_rpy, quat_multiply, quat_rotate
 from frobs_ros.bridge.component import Component
-from frobs_ros.bridge.extras import Plugin
+from frobs_ros.bridge.gazebo_elements import Plugin
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.plugins.drive import topic
+from frobs_ros.bridge.plugins.differential_drive import topic
 from frobs_ros.bridge.poses import WORLD, Motion, Place
 from frobs_ros.bridge.world import NANO, World
 from frobs_ros.errors import GazeboElementError

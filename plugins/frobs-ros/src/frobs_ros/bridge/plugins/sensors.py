@@ -9,8 +9,8 @@ import numpy as np
 from frobs_core.description import Lidar
 from frobs_core.util.rotations import quat_conjugate
 from frobs_ros.bridge.component import Component
+from frobs_ros.bridge.differential_drive import odometry
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.wheels import odometry
 from frobs_ros.bridge.world import World
 
 

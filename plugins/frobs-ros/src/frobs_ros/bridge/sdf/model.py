@@ -15,7 +15,7 @@ from frobs_core.description import Body, Placement, Robot
 from frobs_core.models import Pose
 from frobs_core.util.errors import ModelFileError
 from frobs_models import Element, parse_xml, read_urdf
-from frobs_ros.bridge.extras import SENSORS, read_lidars
+from frobs_ros.bridge.gazebo_elements import SENSORS, read_lidars
 from frobs_ros.bridge.model import Description, with_gains
 from frobs_ros.bridge.poses import Place
 from frobs_ros.bridge.sdf.reading import check, model_paths, open_sdf, packages_of, place_of, says

@@ -148,5 +148,5 @@ def _set_configuration(bridge: Bridge, request: Any) -> dict[str, Any]:
         model.robot.write_joint_state(positions)
         for name in request.joint_names:  # otherwise, joints without a controller would return to their old targets
             joint = model.joints[name.rpartition("::")[2]]
-            model.drive.set_mode(joint, model.drive.modes[joint], model.robot)
+            model.joint_targets.set_mode(joint, model.joint_targets.modes[joint], model.robot)
     return done("SetModelConfiguration: success")

@@ -1,1 +1,0 @@
-"""Implements the functions of :mod:`frobs_ros.ros_gazebo`, grouped by subject: launching, physics, time and models."""
