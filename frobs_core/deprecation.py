@@ -109,7 +109,12 @@ MOVED: Mapping[str, Sequence[str]] = {
 }
 """Public modules of version 0.2, and the modules that define their names now. Some modules still exist, with fewer names."""
 
-RENAMED: Mapping[str, str] = {"RandomizationError": "SettingError", "SensorSettingError": "SettingError"}
+RENAMED: Mapping[str, str] = {
+    "AbilityRecord": "CapabilityRecord",
+    "abilities": "known_capabilities",
+    "RandomizationError": "SettingError",
+    "SensorSettingError": "SettingError",
+}
 """New names of what version 0.2 offered under another name in one of these modules."""
 
 
@@ -159,3 +164,34 @@ def keep_moved_modules(moved: Mapping[str, Sequence[str]] = MOVED) -> None:
             vars(module)["__getattr__"] = moved_names(name, places)
             parent, _, child = name.rpartition(".")
             setattr(sys.modules[parent], child, module)
+
+
+def renamed_attribute(new: str) -> Any:
+    """Return a property for the name of an attribute in version 0.2. Reading it causes a warning.
+
+    Args:
+        new: Name of the attribute now.
+    """
+
+    def read(part: Any) -> Any:
+        cls = type(part).__qualname__
+        warn_deprecated(f"an earlier name of {cls}.{new}", instead=f"{cls}.{new}", since="0.3", removed_in="0.4")
+        return getattr(part, new)
+
+    return property(read)
+
+
+def rename_keywords(keywords: Mapping[str, Any], new_names: Mapping[str, str]) -> dict[str, Any]:
+    """Return keywords with their names now, and warn about each that has a name of version 0.2.
+
+    Args:
+        keywords: The keywords.
+        new_names: New names by old name. A new name that is also among the keywords takes precedence.
+    """
+    renamed = dict(keywords)
+    for old, new in new_names.items():
+        if old in renamed:
+            warn_deprecated(f"the keyword '{old}'", instead=f"'{new}'", since="0.3", removed_in="0.4")
+            renamed.setdefault(new, renamed[old])
+            del renamed[old]
+    return renamed

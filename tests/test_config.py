@@ -69,10 +69,10 @@ def test_arguments_of_a_robot_file_reach_it_with_a_tool_too(tmp_path):
     text = (Path(__file__).parents[1] / "templates" / "my_arm.urdf.xacro").read_text()
     arm.write_text(text.replace('<xacro:arg name="effort" default="30"/>', ""))
     for robot in (str(arm), f"{arm}+parallel_gripper"):
-        found = RobotConfig(robot=robot, robot_args={"effort": "7"}).describe()
+        found = RobotConfig(robot=robot, xacro_args={"effort": "7"}).describe()
         model = load_model(found.model, xacro_args=found.xacro_args)
         assert [joint.limits.effort for joint in model.actuated_joints[:2]] == [7.0, 7.0]
-        with pytest.raises(ModelFileError, match=r"set it with robot_args=\{'effort': VALUE\} in an environment"):
+        with pytest.raises(ModelFileError, match=r"set it with xacro_args=\{'effort': VALUE\} in an environment"):
             load_model(RobotConfig(robot=robot).describe().model)
 
 

@@ -75,7 +75,7 @@ def test_a_step_takes_exactly_the_control_timestep(env):
         ({"control_timestep": 0.003}, InvalidTimestepError, r"0\.004 s would work \(2 physics steps\)"),
         ({"physics_timestep": -1.0}, InvalidTimestepError, "must be positive"),
         ({"physics_timestep": float("nan")}, InvalidTimestepError, "must be positive"),
-        ({"robot_args": {"prefx": "a_"}}, Exception, "prefx"),
+        ({"xacro_args": {"prefx": "a_"}}, Exception, "prefx"),
     ],
 )
 def test_bad_input_is_named(keywords, error, says):

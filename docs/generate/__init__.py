@@ -44,7 +44,7 @@ INSERTS = {
     "gallery.inc": gallery.fragment,
     "step-files.inc": step_files.fragment,
     "step-calls.svg": step_figure.figure,
-    "unsupported-abilities.inc": capabilities.unsupported,
+    "unsupported-capabilities.inc": capabilities.unsupported,
 }
 """Files that other pages include, with what writes them."""
 

@@ -5,7 +5,7 @@ import importlib.util
 from layers import ROOT
 
 from frobs_core import plugins
-from frobs_core.plugins.capabilities import abilities
+from frobs_core.plugins.capabilities import known_capabilities
 from frobs_core.plugins.records import Level, SimulatorRecord
 from generate.rst import code, escape, heading, label, table
 
@@ -16,10 +16,10 @@ def page() -> str:
     rows = [
         (
             code(name),
-            escape(ability.summary),
+            escape(capability.summary),
             *(str(simulator.capabilities.get(name, Level.UNSUPPORTED)) for simulator in simulators.values()),
         )
-        for name, ability in abilities().items()
+        for name, capability in known_capabilities().items()
     ]
     text = label("capabilities") + heading("Capabilities")
     text += (
@@ -42,7 +42,7 @@ def unsupported() -> str:
     lines = ["| simulator | unsupported capabilities |", "|---|---|"]
     for record in simulators:
         levels = getattr(record, "capabilities", {})
-        missing = [name for name in abilities() if not levels.get(name, Level.UNSUPPORTED)]
+        missing = [name for name in known_capabilities() if not levels.get(name, Level.UNSUPPORTED)]
         lines.append(f"| `{record.name}` | {', '.join(missing)} |")
     return "\n".join([*lines, ""])
 

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.kernel.robot_config import RobotConfig, RobotKeywords
+from frobs_core.deprecation import rename_keywords
+from frobs_core.kernel.robot_config import RENAMED_KEYWORDS, RobotConfig, RobotKeywords
 from frobs_core.plugins.records import SimulatorRecord, TaskRecord
 from frobs_core.util.errors import (
     ConfigurationError,
@@ -109,6 +110,7 @@ class EnvConfig(RobotKeywords):
         Raises:
             ConfigurationError: A value has the wrong type, or ``task`` is missing.
         """
+        keywords = rename_keywords(keywords, RENAMED_KEYWORDS)
         if "task" not in keywords:
             raise MissingSettingError("this environment", "a task", "pass it as task='…'")
         own = {name: value for name, value in keywords.items() if name in KEYWORDS}

@@ -122,8 +122,8 @@ class Loop(Stateful):
         """
         context, rng, task = self.context, self.rng, self.task
         rng.clock += 1
-        context.given_action, context.previous_given_action = context.previous_given_action, context.given_action
-        context.given_action[...] = actions
+        context.raw_action, context.previous_raw_action = context.previous_raw_action, context.raw_action
+        context.raw_action[...] = actions
         if self._only is not None:
             commands = [self._only.apply(actions)]
         else:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from frobs_core import plugins
+from frobs_core.deprecation import rename_keywords
 from frobs_core.description import ALL, DifferentialDrive, Robot
 from frobs_core.models import (
     Pose,
@@ -30,6 +31,9 @@ from frobs_core.util.validation import check_fields, check_mappings, check_type,
 
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 
+RENAMED_KEYWORDS = {"robot_args": "xacro_args"}
+"""New names of keywords of version 0.2."""
+
 BASES = ("fixed", "floating", "wheeled")
 
 _NEAR = 0.005  # [m] height above the lowest point; links below this height touch the floor
@@ -49,7 +53,7 @@ class RobotKeywords:
             default controllers.
         controller_kwargs: Keywords of the controller. If ``controller`` is a mapping, ``controller_kwargs`` maps joint
             groups to keywords.
-        robot_args: Arguments for the robot's xacro file.
+        xacro_args: Arguments for the robot's xacro file.
         package_paths: Folders of the ROS packages that the robot's model file refers to, by package name.
         home: Rest positions by joint name [rad or m]. Omitted joints keep the robot's default.
         tcp: Link that serves as the tool center point, or None for the robot's default.
@@ -70,7 +74,7 @@ class RobotKeywords:
     robot: str | Robot = ""
     controller: str | ControllerRecord | Mapping[str, str | ControllerRecord | None] = ""
     controller_kwargs: Mapping[str, Any] = field(default_factory=dict)
-    robot_args: Mapping[str, str] = field(default_factory=dict)
+    xacro_args: Mapping[str, str] = field(default_factory=dict)
     package_paths: Mapping[str, str] = field(default_factory=dict)
     home: Mapping[str, float] = field(default_factory=dict)
     tcp: str | None = None
@@ -87,7 +91,7 @@ class RobotKeywords:
             "controller",
         )
         check_type(self, (str, type(None)), "a name or None", "tcp", "base")
-        check_mappings(self, "controller_kwargs", "robot_args", "package_paths", "home")
+        check_mappings(self, "controller_kwargs", "xacro_args", "package_paths", "home")
         check_mappings(self, "sensors", "differential_drive", optional=True)
         for joint, position in self.home.items():
             if not isinstance(position, Real) or isinstance(position, bool):
@@ -125,6 +129,7 @@ class RobotConfig(RobotKeywords):
             value = {"robot": value}
         if not isinstance(value, Mapping):
             raise ParameterValueError(f"robots.{name}", value, "the name of a robot, or a mapping of settings")
+        value = rename_keywords(value, RENAMED_KEYWORDS)
         check_keys(f"robots.{name}", value, [item.name for item in fields(cls)])
         return cls(**{**defaults, **value})
 
@@ -136,7 +141,7 @@ class RobotConfig(RobotKeywords):
             MissingSettingError: The robot is missing.
             ConfigurationError: A sensor setting cannot be used.
         """
-        description = _look_up(self.robot, self.robot_args, self.package_paths)
+        description = _look_up(self.robot, self.xacro_args, self.package_paths)
         changes: dict[str, Any] = {} if self.tcp is None else {"tcp": self.tcp}
         if self.home:
             changes["home"] = {**description.home, **self.home}

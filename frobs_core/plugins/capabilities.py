@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import cast
 
 from frobs_core import plugins
-from frobs_core.plugins.records import AbilityRecord, Level
+from frobs_core.plugins.records import CapabilityRecord, Level
 from frobs_core.util.errors import CapabilityError, ConfigurationError
 
 CAPABILITIES: Mapping[str, str] = {
@@ -32,7 +32,7 @@ CAPABILITIES: Mapping[str, str] = {
     "randomize_joint_damping": "joint damping per environment",
     "randomize_gravity": "gravity per environment",
 }
-"""Descriptions of the core abilities, by name. :func:`abilities` also includes the abilities that plugins define."""
+"""Descriptions of the core capabilities, by name. :func:`known_capabilities` also includes those of plugins."""
 
 
 METHODS: Mapping[str, Sequence[str]] = {
@@ -40,22 +40,22 @@ METHODS: Mapping[str, Sequence[str]] = {
     "wrench": ("apply_wrench",),
     "cameras": ("render",),
 }
-"""Methods of :class:`frobs_core.contracts.Simulation` that a simulator must implement, by ability."""
+"""Methods of :class:`frobs_core.contracts.Simulation` that a simulator must implement, by capability."""
 
 
-def abilities() -> Mapping[str, AbilityRecord]:
-    """Return the abilities of the core and of all plugins, by name.
+def known_capabilities() -> Mapping[str, CapabilityRecord]:
+    """Return the capabilities of the core and of all plugins, by name.
 
-    A plugin ability with the same name as a core ability is listed as ``"distribution:name"``.
+    A plugin capability with the same name as a core capability is listed as ``"distribution:name"``.
     """
     found = {
-        name: AbilityRecord(name=name, summary=summary, methods=tuple(METHODS.get(name, ())))
+        name: CapabilityRecord(name=name, summary=summary, methods=tuple(METHODS.get(name, ())))
         for name, summary in CAPABILITIES.items()
     }
-    for name, record in plugins.records("ability").items():
+    for name, record in plugins.records("capability").items():
         clashes = name in CAPABILITIES
-        key = f"{plugins.get_report('ability', name).distribution}:{name}" if clashes else name
-        found[key] = cast("AbilityRecord", record)
+        key = f"{plugins.get_report('capability', name).distribution}:{name}" if clashes else name
+        found[key] = cast("CapabilityRecord", record)
     return found
 
 
@@ -81,8 +81,8 @@ def check_capabilities(
     missing = []
     for who, wanted in needs.items():
         for capability, level in wanted.items():
-            if capability not in CAPABILITIES and capability not in abilities():
-                known = ", ".join(abilities())
+            if capability not in CAPABILITIES and capability not in known_capabilities():
+                known = ", ".join(known_capabilities())
                 raise ConfigurationError(
                     f"{who} needs '{capability}', which is not a known capability. Known: {known}."
                 )

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 import pluggy
 
 from frobs_core.plugins.records import (
-    AbilityRecord,
     AlgorithmRecord,
+    CapabilityRecord,
     ControllerRecord,
     ParameterRecord,
     Record,
@@ -135,11 +135,11 @@ def frobs_extensions() -> Sequence[Record]:  # type: ignore[empty-body]
 
         @hookimpl
         def frobs_extensions():
-            return [AbilityRecord(name="wind", summary="a wind that pushes bodies", methods=("wind_velocity",),
+            return [CapabilityRecord(name="wind", summary="a wind that pushes bodies", methods=("wind_velocity",),
                                   install_hint="pip install acme-wind"),
                     SensorTypeRecord(name="anemometer", summary="velocity of the wind [m/s]",
                                      entry_point="acme.wind:Anemometer", install_hint="pip install acme-wind"),
-                    ParameterRecord(name="wind_speed", summary="speed of the wind [m/s]", ability="wind",
+                    ParameterRecord(name="wind_speed", summary="speed of the wind [m/s]", capability="wind",
                                     install_hint="pip install acme-wind")]
 
     Do not import implementations in this hook: they are imported when an environment uses them.
@@ -147,7 +147,7 @@ def frobs_extensions() -> Sequence[Record]:  # type: ignore[empty-body]
 
 
 @hookspec
-def frobs_abilities() -> Sequence[AbilityRecord]:  # type: ignore[empty-body]
+def frobs_abilities() -> Sequence[CapabilityRecord]:  # type: ignore[empty-body]
     """Provide capabilities. Deprecated since 0.3: use :func:`frobs_extensions`."""
 
 

@@ -20,7 +20,7 @@ from frobs_core.plugins.records import (
     EXTENSIONS,
     KINDS,
     RECORDS,
-    AbilityRecord,
+    CapabilityRecord,
     EnvironmentRecord,
     ParameterRecord,
     Record,
@@ -36,7 +36,7 @@ HOOKS: Mapping[str, type[Record]] = {
 """Class of the records that each hook returns."""
 
 DEPRECATED_HOOKS: Mapping[str, type[Record]] = {
-    "frobs_abilities": AbilityRecord,
+    "frobs_abilities": CapabilityRecord,
     "frobs_sensor_types": SensorTypeRecord,
     "frobs_parameters": ParameterRecord,
 }
@@ -141,7 +141,7 @@ def _check_record(kind: str, record: Record) -> None:
         raise PluginError(
             f"the {kind} name {record.name!r} is invalid; use only lowercase letters, digits and underscores"
         )
-    needs_none = record.entry_point == "" and isinstance(record, AbilityRecord | ParameterRecord)
+    needs_none = record.entry_point == "" and isinstance(record, CapabilityRecord | ParameterRecord)
     if not needs_none and (not isinstance(record.entry_point, str) or not _ENTRY_POINT.fullmatch(record.entry_point)):
         raise PluginError(
             f"{kind} '{record.name}': entry_point is {record.entry_point!r}; it must have the form 'module:attribute'"

@@ -8,6 +8,7 @@ from enum import IntEnum
 from importlib import import_module
 from typing import Any, ClassVar
 
+from frobs_core.deprecation import warn_deprecated
 from frobs_core.util.errors import FrobsError, PluginError
 from frobs_core.util.install_hints import local_install_hint
 
@@ -78,7 +79,7 @@ class SimulatorRecord(Record):
 
     @property
     def is_paced(self) -> bool:
-        """Whether the simulation runs continuously, so that ``step`` must wait for it (ability ``real_time``)."""
+        """Whether the simulation runs continuously, so that ``step`` must wait for it (capability ``real_time``)."""
         return bool(self.capabilities.get("real_time", Level.UNSUPPORTED))
 
 
@@ -203,18 +204,18 @@ class AlgorithmRecord(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
-class AbilityRecord(Record):
-    """Record of an additional simulator ability.
+class CapabilityRecord(Record):
+    """Record of an additional simulator capability.
 
-    Simulators declare the ability in their ``capabilities``. Tasks, controllers, sensors and parameters can require the
-    ability.
+    Simulators declare the capability in their ``capabilities``. Tasks, controllers, sensors and parameters can require the
+    capability.
 
     Attributes:
-        entry_point: Always empty, because an ability does not have a separate implementation.
-        methods: Methods that simulators with this ability implement.
+        entry_point: Always empty, because a capability does not have a separate implementation.
+        methods: Methods that simulators with this capability implement.
     """
 
-    kind: ClassVar[str] = "ability"
+    kind: ClassVar[str] = "capability"
 
     entry_point: str = ""
     methods: tuple[str, ...] = ()
@@ -232,20 +233,28 @@ class SensorTypeRecord(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterRecord(Record):
-    """Record of a physical parameter that can be randomized on simulators with a given ability.
+    """Record of a physical parameter that can be randomized on simulators with a given capability.
 
     These simulators list the parameter's targets in ``parameter_targets``. The simulators' methods ``parameter`` and
     ``write_parameter`` read and write the parameter's values, (num_envs,) for each target.
 
     Attributes:
         entry_point: Always empty, because the simulator implements the parameter.
-        ability: Ability that the simulator must have.
+        capability: Capability that the simulator must have.
+        ability: Name of ``capability`` in version 0.2.
     """
 
     kind: ClassVar[str] = "parameter"
 
     entry_point: str = ""
-    ability: str
+    capability: str = ""
+    ability: str = ""
+
+    def __post_init__(self) -> None:
+        """Accept the name of version 0.2."""
+        if self.ability:
+            warn_deprecated("'ability' of ParameterRecord", instead="'capability'", since="0.3", removed_in="0.4")
+            object.__setattr__(self, "capability", self.ability)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -284,9 +293,9 @@ KINDS: Mapping[str, type[Record]] = {
 
 EXTENSIONS: Mapping[str, type[Record]] = {
     record.kind: record
-    for record in (AbilityRecord, SensorTypeRecord, ParameterRecord, ModelFormatRecord, PolicyRecord)
+    for record in (CapabilityRecord, SensorTypeRecord, ParameterRecord, ModelFormatRecord, PolicyRecord)
 }
-"""Additional kinds of records: abilities, sensor types, physical parameters, formats of model files and policies."""
+"""Additional kinds of records: capabilities, sensor types, physical parameters, formats of model files and policies."""
 
 RECORDS: Mapping[str, type[Record]] = {**KINDS, **EXTENSIONS}
 """All kinds of records that the core defines. Other distributions may define further kinds of extensions."""

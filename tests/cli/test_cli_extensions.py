@@ -122,7 +122,7 @@ from typing import ClassVar
 from frobs_core.plugins.records import Level
 from frobs_core.plugins.hooks import hookimpl
 from frobs_core.description import Sensor
-from frobs_core.plugins.records import AbilityRecord, ParameterRecord, SensorTypeRecord, SimulatorRecord
+from frobs_core.plugins.records import CapabilityRecord, ParameterRecord, SensorTypeRecord, SimulatorRecord
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,7 +139,7 @@ def frobs_simulators():
 
 @hookimpl
 def frobs_abilities():
-    return [AbilityRecord(name="tide", summary="a tide", methods=("tide_height",))]
+    return [CapabilityRecord(name="tide", summary="a tide", methods=("tide_height",))]
 
 
 @hookimpl
@@ -149,5 +149,5 @@ def frobs_sensor_types():
 
 @hookimpl
 def frobs_parameters():
-    return [ParameterRecord(name="tide_speed", summary="the speed of the tide [m/s]", ability="moon")]
+    return [ParameterRecord(name="tide_speed", summary="the speed of the tide [m/s]", capability="moon")]
 """

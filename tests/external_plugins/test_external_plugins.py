@@ -156,7 +156,7 @@ try:
 except CapabilityError as error:
     assert "wind" in str(error)
 else:
-    raise AssertionError("a simulator without the ability was accepted")
+    raise AssertionError("a simulator without the capability was accepted")
 print("done")
 """
 

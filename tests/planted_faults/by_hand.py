@@ -119,7 +119,7 @@ _TABLE = (
     ("open and closed exchanged", _ATTACHMENT, "open=prefixed(described.open)", "open=prefixed(described.closed)"),
     ("joints of the tool in reverse order", _ATTACHMENT,
      "for joint in tool_model.joint_names)\n    title", "for joint in tool_model.joint_names[::-1])\n    title"),
-    # -- abilities --
+    # -- capabilities --
     ("a capability without its method", _SIMULATION,
      "def rays(self, origins: Floats, directions: Floats, max_range: float, exclude: str",
      "def cast_rays(self, origins: Floats, directions: Floats, max_range: float, exclude: str"),
@@ -128,9 +128,9 @@ _TABLE = (
      "self.sensor_wrenches = {name: np.zeros((num_envs, 6)) for name in self._wrench_reader.names}",
      "self._unread = {name: np.zeros((num_envs, 6)) for name in self._wrench_reader.names}"),
     # -- added terms --
-    ("an action of the episode before", _CONTEXT, "self.given_action[rows] = 0", "pass"),
+    ("an action of the episode before", _CONTEXT, "self.raw_action[rows] = 0", "pass"),
     ("an action that is never reported", _CONTEXT,
-     "return self._clipped(self.given_action)", "return 0 * self.given_action"),
+     "return self._clipped(self.raw_action)", "return 0 * self.raw_action"),
     ("terms in reverse order", _OBSERVATION,
      "[term.read for term in part.values()]", "[term.read for term in reversed(part.values())]"),
     # -- scenes --

@@ -42,10 +42,12 @@ def extensions(*records):
 
 
 def test_the_class_of_a_record_is_its_kind(site):
-    wind = "AbilityRecord(name='wind', summary='s', methods=('wind_velocity',))"
-    site.add("wind-dist", {"wind.py": extensions(wind, "ParameterRecord(name='speed', summary='s', ability='wind')")})
+    wind = "CapabilityRecord(name='wind', summary='s', methods=('wind_velocity',))"
+    site.add(
+        "wind-dist", {"wind.py": extensions(wind, "ParameterRecord(name='speed', summary='s', capability='wind')")}
+    )
     offered = site.plugins()
-    assert [*offered.records("ability")] == ["wind"]
+    assert [*offered.records("capability")] == ["wind"]
     assert [*offered.records("parameter")] == ["speed"]
     assert offered.records("sensor_type") == {}
 
@@ -76,10 +78,10 @@ def test_what_is_not_an_extension_is_refused(site, record, reason):
 
 def test_a_hook_of_0_2_still_works_and_says_what_replaces_it(site, monkeypatch):
     monkeypatch.delenv("FROBS_DEPRECATIONS")
-    hook = "@hookimpl\ndef frobs_abilities():\n    return [AbilityRecord(name='wind', summary='s')]\n"
+    hook = "@hookimpl\ndef frobs_abilities():\n    return [CapabilityRecord(name='wind', summary='s')]\n"
     site.add("old-dist", {"old.py": HEADER + hook})
     with pytest.warns(FrobsDeprecationWarning, match="frobs_abilities of 'old-dist:old'.*use frobs_extensions"):
-        assert [*site.plugins().records("ability")] == ["wind"]
+        assert [*site.plugins().records("capability")] == ["wind"]
 
 
 def test_a_plugin_may_add_a_format_of_model_files(site, tmp_path):

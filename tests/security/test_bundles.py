@@ -37,9 +37,9 @@ REFUSED: dict[str, dict[str, Any]] = {
     "a task by path": {"environment_kwargs": {"task": "./reach"}},
     "a simulator by import name": {"environment_kwargs": {"simulator": "package.module:Name.py"}},
     "folders of packages": {"environment_kwargs": {"package_paths": {"a": "b"}}},
-    "an argument that is a path": {"environment_kwargs": {"robot_args": {"file": "/etc/passwd"}}},
-    "an argument that is a file": {"environment_kwargs": {"robot_args": {"file": "evil.yaml"}}},
-    "an argument that is evaluated": {"environment_kwargs": {"robot_args": {"a": "$(find x)"}}},
+    "an argument that is a path": {"environment_kwargs": {"xacro_args": {"file": "/etc/passwd"}}},
+    "an argument that is a file": {"environment_kwargs": {"xacro_args": {"file": "evil.yaml"}}},
+    "an argument that is evaluated": {"environment_kwargs": {"xacro_args": {"a": "$(find x)"}}},
     "a key that is a path": {"environment_kwargs": {"home": {"../a": 1.0}}},
     "a path in a list": {"environment_kwargs": {"sensors": {"lidar": ["a", ["~/b"]]}}},
     "a file of another environment": {"environment": "Ant-v5", "environment_kwargs": {"xml_file": "evil.xml"}},
@@ -103,7 +103,7 @@ ALLOWED: dict[str, dict[str, Any]] = {
             "observations": {"*": None, "eye": {"camera": "overview", "size": [84, 84], "markers": True}}
         }
     },
-    "text that is a number": {"environment_kwargs": {"robot_args": {"length": "0.5"}}},
+    "text that is a number": {"environment_kwargs": {"xacro_args": {"length": "0.5"}}},
     "wrappers": {
         "wrappers": [
             {"name": "gymnasium.wrappers:RescaleAction", "min_action": -0.5, "max_action": 0.5},

@@ -41,7 +41,7 @@ CAPABILITY: Mapping[str, str] = {
 
 def physical_parameters() -> Mapping[str, str]:
     """Return all physical parameters of the core and of plugins, each with the required simulator capability."""
-    added = {name: cast(ParameterRecord, record).ability for name, record in plugins.records("parameter").items()}
+    added = {name: cast(ParameterRecord, record).capability for name, record in plugins.records("parameter").items()}
     return {**added, **CAPABILITY}
 
 

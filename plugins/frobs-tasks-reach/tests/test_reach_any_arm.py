@@ -57,7 +57,7 @@ def test_a_xacro_takes_its_arguments(make, tmp_path):
     path = tmp_path / "arm.urdf.xacro"
     macro = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="lying"><xacro:arg name="side" default="_left"/>'
     path.write_text(arm(suffix="$(arg side)").replace('<robot name="lying">', macro))
-    env = make(ID, robot=str(path), robot_args={"side": "_right"}, tcp="tool0_right")
+    env = make(ID, robot=str(path), xacro_args={"side": "_right"}, tcp="tool0_right")
     assert env.unwrapped.robot.tcp == "tool0_right"
 
 

@@ -10,7 +10,7 @@ from frobs_cli.commands import command_sources, installed_commands
 from frobs_core import __version__, plugins
 from frobs_core.description import SENSORS
 from frobs_core.plugins import registry
-from frobs_core.plugins.capabilities import CAPABILITIES, abilities
+from frobs_core.plugins.capabilities import CAPABILITIES, known_capabilities
 from frobs_core.plugins.records import KINDS, ParameterRecord, Record, SensorTypeRecord
 from frobs_core.sensing.randomization import physical_parameters
 from frobs_core.util.errors import PluginError, UnknownNameError
@@ -18,7 +18,7 @@ from frobs_core.util.errors import PluginError, UnknownNameError
 ENVIRONMENT = "environment"
 
 EXTENSIONS = {
-    "capability": "ability",
+    "capability": "capability",
     "sensor_type": "sensor_type",
     "parameter": "parameter",
     "policy": "policy",
@@ -82,8 +82,8 @@ def listed(kind: str) -> list[Listed]:
 
 def _of_core(kind: str) -> dict[str, Record]:
     """Return the extensions of the core that plugins cannot override, and a plugin's capabilities with unique names."""
-    if kind == "ability":
-        return dict(abilities())
+    if kind == "capability":
+        return dict(known_capabilities())
     if kind == "sensor_type":
         return {
             cls.type_name: SensorTypeRecord(
@@ -95,8 +95,8 @@ def _of_core(kind: str) -> dict[str, Record]:
         }
     if kind == "parameter":
         return {
-            name: ParameterRecord(name=name, summary=CAPABILITIES[ability], ability=ability)
-            for name, ability in physical_parameters().items()
+            name: ParameterRecord(name=name, summary=CAPABILITIES[capability], capability=capability)
+            for name, capability in physical_parameters().items()
             if name not in plugins.records("parameter")
         }
     return {}

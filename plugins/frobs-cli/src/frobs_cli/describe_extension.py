@@ -10,9 +10,9 @@ from frobs_cli.commands import installed_commands
 from frobs_cli.parameters import parameters
 from frobs_core import plugins
 from frobs_core.description import Sensor
-from frobs_core.plugins.capabilities import abilities
+from frobs_core.plugins.capabilities import known_capabilities
 from frobs_core.plugins.records import (
-    AbilityRecord,
+    CapabilityRecord,
     ControllerRecord,
     ParameterRecord,
     PolicyRecord,
@@ -37,7 +37,7 @@ def _capability(item: Listed) -> dict[str, Any]:
         for name, record in plugins.records(kind).items()
         if isinstance(record, ControllerRecord | TaskRecord) and item.name in record.needs
     ]
-    methods = list(cast("AbilityRecord", item.record).methods)
+    methods = list(cast("CapabilityRecord", item.record).methods)
     return {"methods": methods, "simulators": _simulators_with(item.name), "required_by": needing}
 
 
@@ -56,8 +56,8 @@ def _sensor_type(item: Listed) -> dict[str, Any]:
 
 
 def _parameter(item: Listed) -> dict[str, Any]:
-    capability = cast("ParameterRecord", item.record).ability
-    known = "" if capability in abilities() else f"no installed plugin provides the capability '{capability}'"
+    capability = cast("ParameterRecord", item.record).capability
+    known = "" if capability in known_capabilities() else f"no installed plugin provides the capability '{capability}'"
     return {"capability": capability, "error": known, "simulators": _simulators_with(capability)}
 
 

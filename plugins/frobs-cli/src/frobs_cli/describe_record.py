@@ -9,7 +9,7 @@ from frobs_cli.catalogue import source_of
 from frobs_cli.describe_robot import describe_robot
 from frobs_cli.parameters import parameters
 from frobs_core.kernel.compose import simulator_defaults
-from frobs_core.plugins.capabilities import abilities
+from frobs_core.plugins.capabilities import known_capabilities
 from frobs_core.plugins.records import AlgorithmRecord, ControllerRecord, Level, Record, SimulatorRecord, TaskRecord
 from frobs_core.util.errors import PluginError
 
@@ -38,8 +38,8 @@ def _levels(levels: Mapping[str, Level]) -> dict[str, str]:
 
 def _simulator(record: SimulatorRecord) -> dict[str, Any]:
     rows = [
-        {"capability": name, "level": str(record.capabilities.get(name, Level.UNSUPPORTED)), "help": ability.summary}
-        for name, ability in abilities().items()
+        {"capability": name, "level": str(record.capabilities.get(name, Level.UNSUPPORTED)), "help": capability.summary}
+        for name, capability in known_capabilities().items()
     ]
     return {"capabilities": rows}
 

@@ -36,7 +36,7 @@ def robot_keywords(
         CommandLineError: An argument does not have the form ``name:=value``, or a folder does not exist.
     """
     paths = {name: str(folder) for name, folder in package_paths(package_path).items()}
-    keywords = {"robot": robot, "tcp": tcp, "robot_args": xacro_args(args), "package_paths": paths}
+    keywords = {"robot": robot, "tcp": tcp, "xacro_args": xacro_args(args), "package_paths": paths}
     return {name: value for name, value in keywords.items() if value}
 
 

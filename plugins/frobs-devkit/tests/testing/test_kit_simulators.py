@@ -44,7 +44,7 @@ INSEPARABLE = {
         ),
         "MuJoCo is not paced: the faults are in templates/my_paced_simulator.py, see tests/planted_faults",
     ),
-    "undeclared_readings_refused": "MuJoCo declares both abilities: test_readings_that_are_not_declared_are_refused",
+    "undeclared_readings_refused": "MuJoCo declares both capabilities: test_readings_that_are_not_declared_are_refused",
     "spawning_is_seen": "the contract has no way yet to ask for it; it is always inconclusive",
 }
 """Checks that no fault can be caught by alone, each with the reason."""
@@ -975,11 +975,11 @@ def test_a_paced_world_is_single_and_does_not_pause() -> None:
         found.run()
 
 
-@pytest.mark.parametrize("ability", ["force_torque", "contacts"])
-def test_readings_that_are_not_declared_are_refused(ability: str) -> None:
+@pytest.mark.parametrize("capability", ["force_torque", "contacts"])
+def test_readings_that_are_not_declared_are_refused(capability: str) -> None:
     levels = plugins.get_record("simulator", "mujoco").capabilities
-    checks = check_simulator(record(**{**levels, ability: Level.UNSUPPORTED}))
-    with pytest.raises(CheckFailure, match=f"of a simulator without '{ability}'"):
+    checks = check_simulator(record(**{**levels, capability: Level.UNSUPPORTED}))
+    with pytest.raises(CheckFailure, match=f"of a simulator without '{capability}'"):
         next(c for c in checks if c.name == "undeclared_readings_refused").run()
 
 

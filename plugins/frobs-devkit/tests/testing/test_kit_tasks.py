@@ -43,13 +43,13 @@ def reward_in_float32(original: Any, self: Any, context: Any) -> Any:
 
 
 def squared_change(context: Any, previous: Any) -> Any:
-    return ((context.given_action - previous) ** 2).sum(axis=1)
+    return ((context.raw_action - previous) ** 2).sum(axis=1)
 
 
 @wrong("reward", "reading_changes_nothing")
 def reward_keeps_the_action_itself(original: Any, self: Any, context: Any) -> Any:
     previous = getattr(self, "_previous", 0.0)
-    self._previous = context.given_action.copy()
+    self._previous = context.raw_action.copy()
     return original(self, context) - squared_change(context, previous)
 
 
@@ -57,14 +57,14 @@ def reward_keeps_the_action_itself(original: Any, self: Any, context: Any) -> An
 def action_missing_from_the_snapshot(original: Any, self: Any, context: Any) -> None:
     original(self, context)
     self._change = squared_change(context, getattr(self, "_previous", np.zeros(6)))
-    self._previous = context.given_action.copy()
+    self._previous = context.raw_action.copy()
     self._distance = self._distance + 1e-3 * self._change
 
 
 @wrong("reward", "reading_changes_nothing")
 def reward_writes_to_the_context(original: Any, self: Any, context: Any) -> Any:
-    reward = original(self, context) - squared_change(context, context.previous_given_action)
-    context.given_action *= 0.5
+    reward = original(self, context) - squared_change(context, context.previous_raw_action)
+    context.raw_action *= 0.5
     return reward
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from frobs_core import plugins
-from frobs_core.plugins.capabilities import abilities
+from frobs_core.plugins.capabilities import known_capabilities
 from frobs_core.plugins.records import Level
 from frobs_core.util.errors import ModelMismatchError, check_name
 from frobs_devkit.parity.actions import ActionFile, check_actions, read_actions, smooth_actions
@@ -169,7 +169,7 @@ def _make(name: str, plan: Plan, subjects: Sequence[Subject]) -> Measurement:
 def _missing(plan: Plan, subject: Subject) -> str:
     for need in plan.needs:
         if subject.level(need) == Level.UNSUPPORTED:
-            return f"the simulator does not support '{need}' ({abilities()[need].summary})"
+            return f"the simulator does not support '{need}' ({known_capabilities()[need].summary})"
     return subject.lacks if plan.environment else ""
 
 

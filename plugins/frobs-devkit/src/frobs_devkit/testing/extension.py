@@ -13,8 +13,8 @@ from frobs_core import plugins
 from frobs_core.contracts import Simulation
 from frobs_core.description import Scene, Sensor
 from frobs_core.models import Pose
-from frobs_core.plugins.capabilities import abilities
-from frobs_core.plugins.records import AbilityRecord, ParameterRecord, SimulatorRecord
+from frobs_core.plugins.capabilities import known_capabilities
+from frobs_core.plugins.records import CapabilityRecord, ParameterRecord, SimulatorRecord
 from frobs_core.sensing.sensors import Instrument, instrument_of
 from frobs_core.util.errors import FrobsError, UnknownNameError, check_name
 from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, NotApplicable, after, collect, expect
@@ -74,7 +74,7 @@ def simulators_implement_it(subject: ExtensionUnderTest) -> None:
     """Every simulator that declares the capability implements the capability's methods."""
     for simulator in subject.simulators(subject.item.name):
         cls = simulator.record.load()
-        for method in cast("AbilityRecord", subject.item.record).methods:
+        for method in cast("CapabilityRecord", subject.item.record).methods:
             expect(
                 getattr(cls, method, None) is not getattr(Simulation, method, None),
                 f"simulator '{simulator.record.name}' declares '{subject.item.name}', but its class {cls.__name__} "
@@ -126,14 +126,14 @@ def readings_are_in_range(subject: ExtensionUnderTest) -> None:
 
 def capability_exists(subject: ExtensionUnderTest) -> None:
     """The parameter's capability is one of the core's or of an installed plugin."""
-    _expect_capability(cast("ParameterRecord", subject.item.record).ability, "the parameter's ability")
+    _expect_capability(cast("ParameterRecord", subject.item.record).capability, "the parameter's capability")
 
 
 @after("capability_exists")
 def values_are_kept(subject: ExtensionUnderTest) -> None:
     """In each simulator with the parameter's capability, written values are read back, and only where the mask says."""
     name = subject.item.record.name
-    for simulator in subject.simulators(cast("ParameterRecord", subject.item.record).ability):
+    for simulator in subject.simulators(cast("ParameterRecord", subject.item.record).capability):
         with simulator.build(ROVER) as (sim, _):
             targets = list(sim.parameter_targets(name))
             if not targets and subject.item.distribution == "frobs-core":
@@ -201,7 +201,10 @@ def check_extension(kind: str, name: str, settings: Mapping[str, Any] | None = N
 
 
 def _expect_capability(name: str, what: str) -> None:
-    expect(not name or name in abilities(), f"{what} is '{name}', which is not a capability: frobs list capabilities.")
+    expect(
+        not name or name in known_capabilities(),
+        f"{what} is '{name}', which is not a capability: frobs list capabilities.",
+    )
 
 
 def _settings(sensor: str, names: list[str]) -> str:

@@ -145,7 +145,7 @@ def core_versions_are_stated(subject: PluginUnderTest) -> None:
 def entry_points_load(subject: PluginUnderTest) -> None:
     """Every record's entry point can be imported and has the type that the record's kind requires."""
     for kind, record in subject.records:
-        if not record.entry_point:  # abilities and parameters have no entry point, because simulators implement them
+        if not record.entry_point:  # capabilities and parameters have no entry point, because simulators implement them
             continue
         implementation = record.load()
         if kind == "robot":

@@ -15,7 +15,7 @@ from gymnasium.vector import AutoresetMode
 from frobs_core import plugins
 from frobs_core.contracts import Task
 from frobs_core.description import Marker, Scene
-from frobs_core.plugins.capabilities import abilities
+from frobs_core.plugins.capabilities import known_capabilities
 from frobs_core.plugins.records import TaskRecord
 from frobs_core.plugins.registry import COMPOSITIONAL_ID
 from frobs_core.util.errors import ConfigurationError, FrobsError, MissingSettingError
@@ -48,7 +48,10 @@ def record_is_sound(subject: TaskUnderTest) -> None:
     expect(isinstance(cls, type) and issubclass(cls, Task), f"{cls} is not a subclass of Task.")
     expect_keyword_only(cls)
     for capability in subject.record.needs:
-        expect(capability in abilities(), f"the record's 'needs' contains '{capability}', which is not a capability.")
+        expect(
+            capability in known_capabilities(),
+            f"the record's 'needs' contains '{capability}', which is not a capability.",
+        )
     scene = cls().scene()
     expect(isinstance(scene, Scene), "scene() does not return a Scene.")
     declared = "contacts" in subject.record.needs or not scene.contacts

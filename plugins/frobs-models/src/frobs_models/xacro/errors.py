@@ -57,7 +57,7 @@ def explain(error: Exception, file: Path, seen: Declarations) -> ModelFileError:
     if match := re.search(r"Undefined substitution argument '?([^' ]+)'?", text):
         name = match[1]
         reason = (
-            f"the xacro argument '{name}' has no value; set it with robot_args={{'{name}': VALUE}} in an environment, "
+            f"the xacro argument '{name}' has no value; set it with xacro_args={{'{name}': VALUE}} in an environment, "
             f"xacro_args={{'{name}': VALUE}} in a Robot description, or --args {name}:=VALUE in a command."
         )
         return ModelFileError(file, reason, seen.line(file, rf"\$\(arg\s+{re.escape(name)}\s*\)"))

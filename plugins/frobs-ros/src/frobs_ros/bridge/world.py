@@ -141,9 +141,9 @@ class World:
         self.simulation.write_parameter(name, target, values)
         self._parameters[name, target] = values
 
-    def can(self, ability: str) -> bool:
+    def can(self, capability: str) -> bool:
         """Return whether the simulator has a capability."""
-        return bool(self._simulator.capabilities.get(ability))
+        return bool(self._simulator.capabilities.get(capability))
 
     def put(self, model: Model, place: Place, motion: Motion = REST) -> None:
         """Teleport a model."""

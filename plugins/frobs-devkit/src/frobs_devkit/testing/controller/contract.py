@@ -9,7 +9,7 @@ import numpy as np
 
 from frobs_core.contracts import CommandMode, Controller
 from frobs_core.models import JointType
-from frobs_core.plugins.capabilities import abilities
+from frobs_core.plugins.capabilities import known_capabilities
 from frobs_core.plugins.records import Level
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ConfigurationError
@@ -196,7 +196,10 @@ def apply_reads_only(subject: ControllerUnderTest) -> None:
 def needs_are_capabilities(subject: ControllerUnderTest) -> None:
     """The record's ``needs`` contains only existing capabilities, each with a level."""
     for capability, level in subject.record.needs.items():
-        expect(capability in abilities(), f"the record's 'needs' contains '{capability}', which is not a capability.")
+        expect(
+            capability in known_capabilities(),
+            f"the record's 'needs' contains '{capability}', which is not a capability.",
+        )
         expect(
             isinstance(level, Level),
             f"the record's 'needs' has the value {level!r} for '{capability}'; expected a Level.",

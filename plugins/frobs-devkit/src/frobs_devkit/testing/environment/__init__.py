@@ -62,7 +62,7 @@ def _if_able(function: Callable[[EnvUnderTest], None]) -> Callable[[EnvUnderTest
             function(subject)
         except CapabilityError as error:
             claimed = subject.simulator.capabilities if subject.simulator else {}
-            lacking = [ability for _, ability, *_ in error.missing if not claimed.get(ability)]
+            lacking = [capability for _, capability, *_ in error.missing if not claimed.get(capability)]
             if not lacking:
                 raise
             raise NotApplicable(f"the simulator does not claim '{', '.join(lacking)}'") from error

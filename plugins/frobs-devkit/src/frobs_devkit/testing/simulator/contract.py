@@ -11,7 +11,7 @@ import numpy as np
 from frobs_core.contracts import CommandMode, RobotHandle, Simulation
 from frobs_core.description import Contact, Placement, Scene
 from frobs_core.models import Pose
-from frobs_core.plugins.capabilities import abilities
+from frobs_core.plugins.capabilities import known_capabilities
 from frobs_core.plugins.records import Level
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import FrobsError, SimulationError, UnknownNameError
@@ -25,21 +25,25 @@ from frobs_devkit.testing.simulator.subject import BALL, TIMESTEP, WALL, Simulat
 def capabilities_are_known(subject: SimulatorUnderTest) -> None:
     """The record contains only known capabilities with levels, and its entry point is a subclass of Simulation."""
     for name, level in subject.record.capabilities.items():
-        expect(name in abilities(), f"'{name}' is not a capability; available: {', '.join(abilities())}.")
+        expect(
+            name in known_capabilities(), f"'{name}' is not a capability; available: {', '.join(known_capabilities())}."
+        )
         expect(isinstance(level, Level), f"the level of the capability '{name}' is {level!r}; expected a Level.")
     cls = subject.record.load()
     expect(isinstance(cls, type) and issubclass(cls, Simulation), f"{cls} is not a subclass of Simulation.")
 
 
 def abilities_are_declared(subject: SimulatorUnderTest) -> None:
-    """Every declared ability is implemented, and every implemented ability is declared."""
+    """Every declared capability is implemented, and every implemented capability is declared."""
     cls, levels = subject.record.load(), subject.record.capabilities
-    for name, ability in abilities().items():
+    for name, capability in known_capabilities().items():
         defined = [
-            method for method in ability.methods if getattr(cls, method, None) is not getattr(Simulation, method, None)
+            method
+            for method in capability.methods
+            if getattr(cls, method, None) is not getattr(Simulation, method, None)
         ]
         if levels.get(name, Level.UNSUPPORTED):
-            missing = [method for method in ability.methods if method not in defined]
+            missing = [method for method in capability.methods if method not in defined]
             expect(
                 not missing, f"the record declares '{name}', but {cls.__name__} does not define {', '.join(missing)}."
             )

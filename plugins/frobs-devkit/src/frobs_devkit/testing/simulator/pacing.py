@@ -17,8 +17,8 @@ _SLACK = 0.2  # [s], additional time that a busy machine may need
 @verifies("real_time")
 def paced_worlds_are_single(subject: SimulatorUnderTest) -> None:
     """A paced simulator has a pacer and does not claim the capabilities ``pause`` and ``batched``."""
-    for ability in ("pause", "batched"):
-        expect(not subject.level(ability), f"the record claims both 'real_time' and '{ability}'.")
+    for capability in ("pause", "batched"):
+        expect(not subject.level(capability), f"the record claims both 'real_time' and '{capability}'.")
     with subject.build() as (sim, _):
         _pacer(sim)
 
