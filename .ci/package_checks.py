@@ -19,7 +19,13 @@ AUTHOR = "The FRobs authors"
 OLDEST_METADATA = Version("2.4")
 """The first version of the metadata with license expressions and license files."""
 
-EXACT = {("frobs-algos-sbx", "frobs-algos-sb3"), ("frobs-ray", "frobs-algos-sb3"), ("frobs-ray", "frobs-train")}
+EXACT = {
+    ("frobs-algos-sbx", "frobs-algos-sb3"),
+    ("frobs-ray", "frobs-algos-sb3"),
+    ("frobs-ray", "frobs-train"),
+    ("frobs-rl-compat", "frobs-algos-sb3"),
+    ("frobs-rl-compat", "frobs-ros"),
+}
 """Distributions that require exactly their own version of another; ``docs/explanation/api-stability.md`` has the reason."""
 
 IN_SDIST = {

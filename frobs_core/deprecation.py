@@ -78,7 +78,7 @@ MOVED: Mapping[str, Sequence[str]] = {
     "frobs_core.config": ["frobs_core.kernel.config"],
     "frobs_core.control": ["frobs_core.contracts.control"],
     "frobs_core.copying": ["frobs_core.kernel.copying"],
-    "frobs_core.env": ["frobs_core.kernel.env", "frobs_core.kernel.loop"],
+    "frobs_core.env": ["frobs_core.kernel.env"],
     "frobs_core.errors": ["frobs_core.util.errors"],
     "frobs_core.files": ["frobs_core.util.files"],
     "frobs_core.hookspecs": ["frobs_core.plugins.hooks"],

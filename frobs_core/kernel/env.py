@@ -1,22 +1,241 @@
-"""The Gymnasium class for a single environment."""
+"""The control loop of any number of environments, and the Gymnasium class for a single environment."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from operator import methodcaller
+from typing import Any, TypeAlias
 
 import gymnasium as gym
 import numpy as np
+import numpy.typing as npt
 
-from frobs_core.contracts import GoalTask, Snapshot
-from frobs_core.kernel.compose import compose
+from frobs_core.contracts import Controller, GoalTask, Snapshot, Stateful, Task
+from frobs_core.description import Observation
+from frobs_core.kernel.added_terms import AddedTerms
+from frobs_core.kernel.compose import Parts, compose
 from frobs_core.kernel.config import RENDER_MODES, EnvConfig
 from frobs_core.kernel.copying import CopiedByArguments
-from frobs_core.kernel.inputs import invalid_action
-from frobs_core.kernel.loop import Loop
-from frobs_core.util.arrays import Action
+from frobs_core.kernel.inputs import batch_options, invalid_action
+from frobs_core.util.arrays import Action, Floats, Mask, widened
 from frobs_core.util.errors import ResetNeededError
+from frobs_core.util.random import RandomSource
+
+StepResult: TypeAlias = tuple[Observation, Floats, Mask | None, Mask | None, dict[str, Any]]
+"""Result of a control step: observation, (num_envs, …); reward, (num_envs,); terminated episodes, (num_envs,) bool or
+None; engine failures, (num_envs,) bool or None; and info values by name, (num_envs,) each. Everything except the
+observation is valid only until the next step.
+"""
+
+
+class Loop(Stateful):
+    """Control loop that runs the steps and episodes of ``num_envs`` environments.
+
+    A single environment is a batch of size 1.
+
+    Args:
+        parts: Connected parts of the environment.
+        num_envs: ≥ 1.
+
+    Attributes:
+        context: Data about the latest step, for use by the task.
+        rng: Source of all random numbers.
+        after_reset: Functions that are called in this order after each reset and before the first observation, with the
+            mask of the reset environments, or None for all. They may change the initial state.
+        after_step: Functions that are called with the result of each step, before any automatic reset. The rows of
+            environments that wait for a next-step autoreset are not meaningful.
+        before_autoreset: Functions that a vector environment calls before each automatic reset, when the simulation
+            still has the last state, with the mask of the environments to reset, (num_envs,) bool.
+        discrete: Whether the action space is not a Box.
+    """
+
+    def __init__(self, parts: Parts, num_envs: int) -> None:
+        self.simulation, self.control, self.task = parts.simulation, parts.control, parts.task
+        self.observations, self._checked_terms = parts.observations, False
+        self.randomization = randomization = parts.randomization
+        self.decimation, self.num_envs = parts.decimation, num_envs
+        self.context, self.rng = parts.context, parts.context.rng
+        self._check_reset, self._bind_terms = parts.check_reset, parts.bind_terms
+        self.after_reset: list[Callable[[Mask | None], None]] = []
+        self.after_step: list[Callable[[StepResult], None]] = []
+        self.before_autoreset: list[Callable[[Mask], None]] = []
+        self.discrete = not isinstance(parts.control.action_space, gym.spaces.Box)
+        # Optional parts of a step are resolved here, so that a step does not test for them or call empty methods.
+        self._robots = [(name, robot.robot) for name, robot in parts.control.robots.items()]
+        # The usual case: one command goes directly from a controller to its robot.
+        self._only = parts.control.only if randomization is None else None
+        self._reads = parts.observations.vector_reads or []
+        self._observe = self._observe_vectors if self._reads else parts.observations.observe
+        self._act = _unchanged if randomization is None else randomization.act
+        self._degrade = _unchanged if randomization is None else randomization.observe
+        self.added_terms = parts.added_terms
+        self._read_terms: dict[str, AddedTerms] = {}  # terms outside the observation, by their settings
+        self._sampled = [parts.added_terms] if parts.added_terms.stateful else []
+        self._physics_rate = parts.control.physics_rate
+        self._is_terminated = methodcaller("is_terminated") if _overrides(parts.task, Task, "is_terminated") else _never
+        self._reports: list[tuple[Any, Callable[[Any], Any], _Keys]] = [
+            (parts.task, methodcaller("reward_terms"), _Keys("frobs/reward/"))
+        ]
+        if parts.simulation.pacer is not None:
+            self._reports.append((parts.simulation.pacer, methodcaller("info"), _Keys("frobs/")))
+        controllers = parts.control.controllers
+        for name, controller in controllers.items():
+            if _overrides(controller, Controller, "info"):
+                prefix = "frobs/" if len(controllers) == 1 else f"frobs/{name}/"
+                self._reports.append((controller, methodcaller("info"), _Keys(prefix)))
+
+    def _observe_vectors(self) -> Observation:
+        # Converted to float32 after concatenating, because np.concatenate with a dtype takes twice as long.
+        return np.concatenate([read() for read in self._reads], axis=1).astype(np.float32)
+
+    def batch_options(self, options: Mapping[str, Any] | None) -> Mapping[str, Floats]:
+        """Validate the reset options and repeat them for every environment; see :func:`~frobs_core.kernel.inputs.batch_options`.
+
+        Raises:
+            CapabilityError: The simulator does not support a capability that a reset with these options requires.
+        """
+        batched = batch_options(options, self.task.reset_options, self.num_envs)
+        self._check_reset(batched)
+        return batched
+
+    def begin(self, mask: Mask | None, options: Mapping[str, Any]) -> Observation:
+        """Begin an episode in the environments selected by ``mask``, and return the observation of all environments."""
+        self.rng.begin_episode(mask)
+        if self.randomization is not None:
+            self.randomization.begin_physics(self.rng, mask)
+        self.simulation.reset(mask)
+        self.task.reset(mask, self.rng, options)
+        self.control.reset(mask)
+        self.context.reset(mask)
+        for terms in self._sampled:
+            terms.reset(self.rng, mask)
+        for callback in self.after_reset:
+            callback(mask)
+        if not self._checked_terms:  # checked only now, because terms may have no values before the first reset
+            self.observations.check()
+            self._checked_terms = True
+        observation = self._observe()
+        return observation if self.randomization is None else self.randomization.begin(self.rng, observation, mask)
+
+    def step(self, actions: Action) -> StepResult:
+        """Advance by one control step.
+
+        Args:
+            actions: Validated actions, (num_envs, …).
+        """
+        context, rng, task = self.context, self.rng, self.task
+        rng.clock += 1
+        context.raw_action, context.previous_raw_action = context.previous_raw_action, context.raw_action
+        context.raw_action[...] = actions
+        if self._only is not None:
+            commands = [self._only.apply(actions)]
+        else:
+            commands = self._act(rng, self.control.commands(actions))
+        for (name, robot), command in zip(self._robots, commands, strict=True):
+            robot.command(command)
+            context.commands[name] = command if command.ndim == 2 else command[:, -1]
+        if self._physics_rate:
+            self.simulation.step_with(self.decimation, self.control.update)
+            context.commands.update(self.control.last_commands)
+        else:
+            self.simulation.step(self.decimation)
+        task.advance(context)  # computes the quantities that the task's methods below use
+        for terms in self._sampled:
+            terms.advance(rng)
+        observation = self._degrade(rng, self._observe())
+        reward = task.reward(context)
+        terminated = self._is_terminated(task)
+        info = {"is_success": task.is_success()}
+        for part, report, keys in self._reports:  # follows task.reward(), because the reports include reward terms
+            for name, values in report(part).items():
+                info[keys[name]] = values
+        result = observation, reward, terminated, self.simulation.diverged, info
+        for callback in self.after_step:
+            callback(result)
+        return result
+
+    def read_terms(self, settings: Mapping[str, Any]) -> dict[str, np.ndarray[Any, Any]]:
+        """Read observation terms outside the observation, (num_envs, …) each. See :meth:`frobs_core.kernel.env.RobotEnv.read_terms`."""
+        key = repr(settings)
+        if key not in self._read_terms:
+            terms = self._read_terms[key] = self._bind_terms(settings)
+            if terms.stateful:
+                # They draw after the terms of the observation, so that the numbers of the latter do not change.
+                self._sampled.append(terms)
+                terms.reset(self.rng, None)
+        return {name: np.array(term.read(), term.dtype) for name, term in self._read_terms[key].terms.items()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Restore a snapshot in all parts."""
+        super().restore(snapshot)
+        self._sample_again(None)
+
+    def restore_rows(self, mask: Mask, snapshot: Snapshot, rows: npt.NDArray[np.int64]) -> None:
+        """Restore the n environments selected by ``mask``, except their random streams, from ``rows`` of a snapshot."""
+        for name, part in self.stored_parts().items():
+            if part is self.rng:
+                continue
+            state = part.snapshot()
+            for key, array in state.items():
+                state[key] = _put_rows(array, mask, snapshot[f"{name}/{key}"][rows])
+            part.restore(state)
+        self._sample_again(mask)
+
+    def _sample_again(self, mask: Mask | None) -> None:
+        """Take the first samples of the terms outside the observation, whose state is not part of a snapshot."""
+        for terms in self._read_terms.values():
+            terms.reset(self.rng, mask)
+
+    def stored_parts(self) -> dict[str, Any]:
+        """Return all parts of the environment that have a state."""
+        parts = {
+            "simulation": self.simulation,
+            "task": self.task,
+            "controller": self.control,
+            "context": self.context,
+            "random": self.rng,
+        }
+        if self.added_terms.stateful:
+            parts["terms"] = self.added_terms
+        return parts if self.randomization is None else {**parts, "randomization": self.randomization}
+
+
+def _put_rows(array: np.ndarray[Any, Any], mask: Mask, rows: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Return a copy of an array (num_envs, …) in which the rows selected by ``mask`` are replaced."""
+    shape = np.maximum(array.shape[1:], rows.shape[1:])
+    changed = widened(array, shape)
+    changed[mask] = widened(rows, shape)
+    return changed
+
+
+class _Keys(dict[str, str]):
+    """Info keys, cached by the name of the reported value so that each string is built only once.
+
+    Args:
+        prefix: Prefix of the keys.
+    """
+
+    def __init__(self, prefix: str) -> None:
+        super().__init__()
+        self._prefix = prefix
+
+    def __missing__(self, name: str) -> str:
+        self[name] = key = self._prefix + name
+        return key
+
+
+def _unchanged(rng: RandomSource, values: Any) -> Any:
+    return values
+
+
+def _never(task: Task) -> None:
+    return None
+
+
+def _overrides(part: object, base: type, method: str) -> bool:
+    """Return whether a part, or the part that it wraps, overrides a method that is empty in ``base``."""
+    return getattr(part, method).__func__ is not getattr(base, method)
 
 
 class RobotEnv(CopiedByArguments, gym.Env[Any, Any]):
@@ -37,7 +256,7 @@ class RobotEnv(CopiedByArguments, gym.Env[Any, Any]):
         controller: Controller of the first controlled robot's first joint group.
         observations: Observation terms, with their columns and units.
         step_context: Data about the latest step, for use by the task.
-        after_reset: Functions to call after each reset; see :class:`frobs_core.kernel.loop.Loop`.
+        after_reset: Functions to call after each reset; see :class:`frobs_core.kernel.env.Loop`.
         after_step: Functions to call after each step.
         randomization: The randomization with its current values, or None if nothing is randomized.
 

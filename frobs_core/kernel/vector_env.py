@@ -22,8 +22,8 @@ from frobs_core.description import Observation
 from frobs_core.kernel.compose import compose
 from frobs_core.kernel.config import RENDER_MODES, EnvConfig
 from frobs_core.kernel.copying import CopiedByArguments
+from frobs_core.kernel.env import Loop
 from frobs_core.kernel.inputs import as_numbers, invalid_action, option_mapping
-from frobs_core.kernel.loop import Loop
 from frobs_core.util.arrays import Action, Mask, rows_of
 from frobs_core.util.errors import ParameterValueError, ResetNeededError, ResetOptionError
 from frobs_core.util.validation import whole_number
@@ -52,7 +52,7 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         controller: Controller of the first controlled robot's first joint group.
         final_observation: Final observations of the latest step in which episodes ended, (num_envs, …). Only the rows
             of environments whose episode ended are valid.
-        after_reset: Functions to call after each reset; see :class:`frobs_core.kernel.loop.Loop`.
+        after_reset: Functions to call after each reset; see :class:`frobs_core.kernel.env.Loop`.
         after_step: Functions to call after each step.
         before_autoreset: Functions to call before each automatic reset.
         observations: Observation terms, with their columns and units.

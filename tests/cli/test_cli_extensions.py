@@ -138,16 +138,10 @@ def frobs_simulators():
 
 
 @hookimpl
-def frobs_abilities():
-    return [CapabilityRecord(name="tide", summary="a tide", methods=("tide_height",))]
-
-
-@hookimpl
-def frobs_sensor_types():
-    return [SensorTypeRecord(name="gauge", summary="the height of the sea", entry_point=f"{__name__}:Gauge")]
-
-
-@hookimpl
-def frobs_parameters():
-    return [ParameterRecord(name="tide_speed", summary="the speed of the tide [m/s]", capability="moon")]
+def frobs_extensions():
+    return [
+        CapabilityRecord(name="tide", summary="a tide", methods=("tide_height",)),
+        SensorTypeRecord(name="gauge", summary="the height of the sea", entry_point=f"{__name__}:Gauge"),
+        ParameterRecord(name="tide_speed", summary="the speed of the tide [m/s]", capability="moon"),
+    ]
 """

@@ -10,10 +10,10 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-import frobs_core
 from frobs_core.contracts import Algorithm, Policy
 from frobs_core.deprecation import deprecated
 from frobs_core.description import Observation
+from frobs_core.kernel.policies import load_policy as open_policy_in
 from frobs_core.kernel.policies import make_policy
 from frobs_core.plugins.registry import bare_id
 from frobs_core.util.arrays import Action, Mask
@@ -186,7 +186,7 @@ def acting_policy(run: Run, env: Any, checkpoint: str | int = "newest", determin
     if not deterministic:
         options["deterministic"] = False
     if isinstance(run, PolicyRun):
-        return frobs_core.load_policy(run.policy, env, **run.options, **options)
+        return open_policy_in(run.policy, env, **run.options, **options)
     policy = TrainedPolicy(run, **options)
     policy.bind(env)
     return policy
