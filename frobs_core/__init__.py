@@ -8,15 +8,15 @@ plugins. For example, ``frobs doctor plugins`` sets ``FROBS_NO_PLUGINS`` and exa
 import os
 from typing import TYPE_CHECKING, Any
 
+from frobs_core import deprecation
 from frobs_core._version import __version__ as __version__
-from frobs_core.deprecation import keep_moved_modules
 
 if TYPE_CHECKING:
     from frobs_core.kernel.policies import load_policy as load_policy
 
 __all__ = ["load_policy", "plugins", "registry"]
 
-keep_moved_modules()
+deprecation.keep_moved_modules()
 
 if not os.environ.get("FROBS_NO_PLUGINS") and "_FROBS_COMPLETE" not in os.environ:
     from frobs_core import plugins as plugins

@@ -31,6 +31,7 @@ __all__ = [
     "Candidate",
     "PluginReport",
     "Plugins",
+    "Record",
     "active",
     "core_versions",
     "environment_ids",

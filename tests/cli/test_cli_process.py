@@ -71,7 +71,9 @@ def test_stdout_carries_only_json(process: Process) -> None:
     done = process("list", "--json")
     assert done.returncode == 0
     parts = {"simulators", "robots", "controllers", "tasks", "algorithms", "environments"}
-    assert {*parts, "capabilities", "sensor_types", "parameters", "commands"} == set(json.loads(done.stdout))
+    assert {*parts, "capabilities", "sensor_types", "parameters", "policies", "commands"} == set(
+        json.loads(done.stdout)
+    )
 
 
 def test_output_to_a_pipe_has_no_colours_and_no_wrapped_lines(process: Process) -> None:

@@ -65,7 +65,9 @@ def test_a_change_that_the_guide_shows_does_what_it_says(number: int, code: str,
     assert len(names) == 1
     source = Path(*Path(names[0]).parts[:3])  # plugins/NAME/src
     shutil.copytree(ROOT / source, tmp_path / source)
-    applied = subprocess.run(["git", "apply", "--recount", "-"], input=PATCHES[number], text=True, cwd=tmp_path, capture_output=True)
+    applied = subprocess.run(
+        ["git", "apply", "--recount", "-"], input=PATCHES[number], text=True, cwd=tmp_path, capture_output=True
+    )
     assert applied.returncode == 0, applied.stderr
     environment = {**os.environ, "PYTHONPATH": str(tmp_path / source)}
     done = subprocess.run([sys.executable, "-c", code], env=environment, text=True, capture_output=True)

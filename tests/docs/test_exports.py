@@ -32,7 +32,8 @@ SOURCES = dict(sources())
 WITH_ALL = [
     name
     for name, path in SOURCES.items()
-    if "\n__all__" in path.read_text("utf-8") and not name.startswith("frobs_rl")  # these names are FRobs_RL's
+    if "\n__all__" in path.read_text("utf-8")
+    and not (name + ".").startswith(("frobs_rl.", "frobs_rl_compat.overlay."))  # these names are FRobs_RL's
 ]
 IMPORTS_NEED = {"frobs_sim_gazebo.available": ["gazebo"]}
 """Modules that can be imported only where something is installed, and what."""

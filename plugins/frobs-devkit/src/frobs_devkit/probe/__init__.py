@@ -17,6 +17,8 @@ from typing import IO, Any
 
 from frobs_core.plugins import Candidate
 
+__all__ = ["GRACE", "NO_PLUGINS", "Probe", "probe"]
+
 NO_PLUGINS = "FROBS_NO_PLUGINS"
 """Environment variable that, if set, prevents :mod:`frobs_core` from loading plugins when it is imported."""
 
