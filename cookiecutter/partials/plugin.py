@@ -2,14 +2,15 @@
 {% set has_task = "task" in kinds %}
 """Records of the parts that this distribution provides. This module imports only lightweight modules."""
 
-{% if kinds in ("task", "simulator", "controller", "robot task") %}
-from frobs_core.plugins.records import Level
-{% endif %}
 from frobs_core.plugins.hooks import hookimpl
 {% if kinds == "robot task" %}
-from frobs_core.plugins.records import EnvironmentRecord, RobotRecord, TaskRecord
+from frobs_core.plugins.records import EnvironmentRecord, Level, RobotRecord, TaskRecord
 {% elif has_task %}
-from frobs_core.plugins.records import EnvironmentRecord, TaskRecord
+from frobs_core.plugins.records import EnvironmentRecord, Level, TaskRecord
+{% elif kinds == "controller" %}
+from frobs_core.plugins.records import ControllerRecord, Level
+{% elif kinds == "simulator" %}
+from frobs_core.plugins.records import Level, SimulatorRecord
 {% else %}
 from frobs_core.plugins.records import {{ kinds.title() }}Record
 {% endif %}
