@@ -120,13 +120,15 @@ def test_load_expert_warns(env: Any) -> None:
 
 
 def test_an_unknown_name_lists_the_names_and_what_to_install(alone: Plugins) -> None:
-    with pytest.raises(UnknownNameError, match=r"Available: expert, random. To install it: pip install frobs-train"):
+    with pytest.raises(UnknownNameError, match=r"Available: expert, random. To install it: pip install .*frobs-train"):
         make_policy("pretrained")
 
 
 def test_a_path_says_what_to_install_if_nothing_opens_it(alone: Plugins, tmp_path: Path) -> None:
     for path in (tmp_path, "runs/first", "model.zip"):
-        with pytest.raises(PluginError, match="to open run folders, bundles and model files: pip install frobs-train"):
+        with pytest.raises(
+            PluginError, match=r"to open run folders, bundles and model files: pip install .*frobs-train"
+        ):
             make_policy(path)
 
 
