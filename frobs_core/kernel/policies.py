@@ -21,6 +21,7 @@ from frobs_core.description.observation_term import Observation
 from frobs_core.plugins.records import PolicyRecord
 from frobs_core.util.arrays import Action, Mask
 from frobs_core.util.errors import PluginError, RunError, UnknownParameterError
+from frobs_core.util.install_hints import local_install_hint
 from frobs_core.util.keywords import constructor_parameters
 
 
@@ -71,7 +72,7 @@ def find_policy(name: str | Path) -> PolicyRecord:
     fits = [(len(end), key) for key, record in records.items() for end in record.suffixes if ending.endswith(end)]
     longest = [key for length, key in fits if length == max(fits)[0]]
     if not fits:
-        hint = plugins.install_command("policy", "trained")
+        hint = local_install_hint(plugins.install_command("policy", "trained"))
         raise PluginError(f"no installed policy opens {text}; to open run folders, bundles and model files: {hint}.")
     if len(longest) > 1:
         raise PluginError(f"{text} is opened by several policies: {', '.join(longest)}; uninstall all but one.")
