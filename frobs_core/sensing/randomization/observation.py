@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Any
 
 import gymnasium as gym
@@ -12,12 +11,9 @@ import numpy as np
 from frobs_core.contracts.stateful import Snapshot, Stateful
 from frobs_core.description import VECTORS, Observation
 from frobs_core.sensing.observation import Observations
-from frobs_core.sensing.randomization.delay import whole_steps
-from frobs_core.sensing.randomization.distribution import Distribution
-from frobs_core.sensing.randomization.schedule import Draw, Sample
-from frobs_core.sensing.randomization.settings import Setting
+from frobs_core.sensing.randomization.draw import Draw, Setting
 from frobs_core.sensing.randomization.targets import matches
-from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.arrays import Mask
 from frobs_core.util.errors import SettingError
 from frobs_core.util.random import RandomSource
 
@@ -167,26 +163,21 @@ class ObservedArrays(Stateful):
                 f"the setting has {setting.distribution.width} numbers for {start} columns; write one number, or one "
                 "number for each column.",
             )
-        draw = self._add_draw(setting, partial(_sample, setting.distribution, start), start)
+        draw = self._add_draw(setting, start)
         for name, array, columns, numbers in places:
             array.noise.append((columns, draw, numbers))
             if not draw.changes_in_episode:
                 self.constant[f"{setting.stream}: {name}"] = draw, numbers
 
     def _add_delay(self, setting: Setting) -> None:
-        draw = self._add_draw(setting, whole_steps(setting.distribution))
+        draw = self._add_draw(setting)
         for key, columns in self._named(setting).values():
             self._find_array(key, setting)[0].delays.append(((slice(None), columns), draw))
 
-    def _add_draw(self, setting: Setting, sample: Sample, *shape: int) -> Draw:
-        zeros = np.zeros((self._num_envs, *shape))
-        self.draws.append(Draw(setting.stream, setting.schedule, sample, zeros, self._timestep))
+    def _add_draw(self, setting: Setting, width: int = 1) -> Draw:
+        self.draws.append(Draw(setting, self._num_envs, self._timestep, width))
         return self.draws[-1]
 
     def stored_arrays(self) -> Snapshot:
         """Return the stored measurements."""
         return {key: array.history for key, array in self.arrays.items()}
-
-
-def _sample(distribution: Distribution, width: int, rng: RandomSource, stream: str, mask: Mask | None) -> Floats:
-    return distribution.draw(rng, stream, width, mask)

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
 from frobs_core.contracts import CommandMode, Simulation
 from frobs_core.contracts.stateful import Snapshot, Stateful
-from frobs_core.sensing.randomization.schedule import Draw
-from frobs_core.sensing.randomization.settings import CAPABILITY, Setting
+from frobs_core.sensing.randomization.draw import Draw, Setting
+from frobs_core.sensing.randomization.settings import CAPABILITY
 from frobs_core.sensing.randomization.targets import find_units, matches
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import SettingError
@@ -144,8 +143,7 @@ class PhysicalParameter(Stateful):
         if given != 1 and (not vector or given != width):
             one = "one number, or (except for a scale) three numbers for x, y and z" if vector else "one number"
             raise SettingError(setting.place, f"a bound has {given} numbers; for each bound, write {one}.")
-        sample = partial(_sample, setting, width)
-        return Draw(setting.stream, setting.schedule, sample, np.zeros((len(self.nominal), width)), control_timestep)
+        return Draw(setting, len(self.nominal), control_timestep, width)
 
     def _write(self, rows: Mask) -> None:
         value = self.nominal[rows]
@@ -194,7 +192,3 @@ class PhysicalParameter(Stateful):
                 f"could become {value[0, column]:.6g}, which is below {bound}; narrow the range.",
             )
         return least
-
-
-def _sample(setting: Setting, width: int, rng: RandomSource, stream: str, mask: Mask | None) -> Floats:
-    return setting.distribution.draw(rng, stream, width, mask)
