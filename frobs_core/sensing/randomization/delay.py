@@ -17,14 +17,7 @@ class ActionDelay(Stateful):
 
     Until the first command arrives, the drives hold the reset positions, zero velocity or zero effort, depending on the
     command mode. Commands are delayed instead of actions, because not every controller has a neutral action.
-
-    Args:
-        setting: Setting that defines the delay in control steps, which is the same for all robots.
-        control: The controllers and their robots.
-        control_timestep: [s]
-
-    Raises:
-        SettingError: A controller computes a new command at every physics step.
+    The delay is the same for all robots. The commands of controllers that run at the physics rate cannot be delayed.
     """
 
     def __init__(self, setting: Setting, control: Control, control_timestep: float) -> None:

@@ -22,13 +22,7 @@ class ObservedArray:
     """One array of an observation, with added noise and delay. Noise is added before the delay.
 
     Delayed observations are read from a history instead of being drawn again, so resetting some environments does not
-    affect the others.
-
-    Args:
-        key: Name of the array.
-        space: Space of a single environment.
-        num_envs: ≥ 1.
-        depth: Number of stored measurements.
+    affect the others. The history contains ``depth`` measurements.
     """
 
     def __init__(self, key: str, space: gym.spaces.Box, num_envs: int, depth: int) -> None:
@@ -72,19 +66,7 @@ class ObservedArray:
 
 
 class ObservedArrays(Stateful):
-    """The arrays of an observation that have noise or delay.
-
-    Args:
-        noise: Settings of ``observation_noise``.
-        delays: Settings of ``observation_delay``.
-        observations: Terms of the observation.
-        num_envs: ≥ 1.
-        control_timestep: [s]
-
-    Raises:
-        UnknownNameError: A setting names a term that the observation does not contain.
-        ConfigurationError: A term does not support noise.
-    """
+    """The arrays of an observation to which the settings ``observation_noise`` or ``observation_delay`` apply."""
 
     def __init__(
         self,

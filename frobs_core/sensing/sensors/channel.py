@@ -15,14 +15,7 @@ class Channel:
 
     Samples are taken at a reset and every ``period`` control steps after the reset. Each sample becomes readable
     ``delay`` steps after it was taken. The first sample of an episode is returned until later samples arrive, as if the
-    robot had been in the same state for a long time.
-
-    Args:
-        stream: Name of the random stream, which must be unique for each sensor.
-        sensor: Description of the sensor.
-        num_envs: ≥ 1.
-        period: Number of control steps between two samples.
-        delay: Number of control steps between taking a sample and reading it.
+    robot had been in the same state for a long time. The name of the random stream is unique for each sensor.
     """
 
     def __init__(self, stream: str, sensor: Sensor, num_envs: int, period: int, delay: int) -> None:

@@ -13,15 +13,6 @@ def count_period(name: str, sensor: Sensor, control_timestep: float) -> int:
 
     If a sensor takes a whole number of samples during each control step, the period is 1, because only the latest
     sample is read.
-
-    Args:
-        name: Name of the sensor, used in the error message.
-        sensor: The sensor.
-        control_timestep: [s]
-
-    Raises:
-        ConfigurationError: Neither the sampling period nor the control timestep is a multiple of the other. The error
-            message contains the nearest valid rates.
     """
     if sensor.rate is None:
         return 1
@@ -45,17 +36,7 @@ def count_period(name: str, sensor: Sensor, control_timestep: float) -> int:
 
 
 def count_delay(name: str, sensor: Sensor, control_timestep: float) -> int:
-    """Return the number of control steps between taking a sample and reading it.
-
-    Args:
-        name: Name of the sensor, used in the error message.
-        sensor: The sensor.
-        control_timestep: [s]
-
-    Raises:
-        ConfigurationError: The delay is not a multiple of the control timestep. The error message contains the nearest
-            valid delays.
-    """
+    """Return the number of control steps between taking a sample and reading it."""
     steps = sensor.delay / control_timestep
     whole = round(steps)
     if abs(steps - whole) > _CLOSE * max(whole, 1):
