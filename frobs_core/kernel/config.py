@@ -12,12 +12,7 @@ import numpy as np
 
 from frobs_core.kernel.robot_config import RobotConfig, RobotKeywords
 from frobs_core.plugins.records import SimulatorRecord, TaskRecord
-from frobs_core.util.errors import (
-    ConfigurationError,
-    ConflictingOptionsError,
-    MissingSettingError,
-    ParameterValueError,
-)
+from frobs_core.util.errors import ConfigurationError, ConflictingOptionsError, MissingSettingError, ParameterValueError
 from frobs_core.util.validation import check_mappings, check_type, choice, whole_number
 
 RENDER_MODES = ("rgb_array", "human")

@@ -139,12 +139,7 @@ class UnknownNameError(PluginError):
     """
 
     def __init__(
-        self,
-        kind: str,
-        name: str,
-        available: Iterable[str],
-        failed: Sequence[str] = (),
-        install_hint: str = "",
+        self, kind: str, name: str, available: Iterable[str], failed: Sequence[str] = (), install_hint: str = ""
     ) -> None:
         self.kind = kind
         self.name = name

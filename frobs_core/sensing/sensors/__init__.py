@@ -14,9 +14,4 @@ The package contains the modules ``sensors``, ``timing``, ``channel``, ``instrum
 from frobs_core.sensing.sensors.instrument import Instrument, instrument_of, with_contacts
 from frobs_core.sensing.sensors.sensors import Sensors
 
-__all__ = [
-    "Instrument",
-    "Sensors",
-    "instrument_of",
-    "with_contacts",
-]
+__all__ = ["Instrument", "Sensors", "instrument_of", "with_contacts"]

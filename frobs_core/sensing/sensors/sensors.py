@@ -41,11 +41,7 @@ class Sensors(Stateful):
     """
 
     def __init__(
-        self,
-        simulation: Simulation,
-        control_timestep: float,
-        robot: str = "robot",
-        names: Sequence[str] | None = None,
+        self, simulation: Simulation, control_timestep: float, robot: str = "robot", names: Sequence[str] | None = None
     ) -> None:
         check_name("robot of the simulation", robot, simulation.robots)
         handle = simulation.robots[robot]
