@@ -69,43 +69,32 @@ def deprecated(*, instead: str, since: str, removed_in: str) -> Callable[[Callab
     return decorate
 
 
+_SAME_NAME = (
+    ("kernel", ("added_terms", "compose", "config", "copying", "inputs", "robot_config", "vector_env")),
+    ("plugins", ("registry",)),
+    ("sensing", ("randomization", "sensors")),
+    ("util", ("arrays", "budgets", "errors", "files", "install_hints", "keywords")),
+    ("util", ("plain", "random", "rotations", "validation", "yaml")),
+)
+"""Modules that lay at the top of ``frobs_core`` in version 0.2, by the package that contains them now."""
+
 MOVED: Mapping[str, Sequence[str]] = {
-    "frobs_core.added_terms": ["frobs_core.kernel.added_terms"],
-    "frobs_core.arrays": ["frobs_core.util.arrays"],
-    "frobs_core.budgets": ["frobs_core.util.budgets"],
+    **{f"frobs_core.{name}": [f"frobs_core.{room}.{name}"] for room, names in _SAME_NAME for name in names},
     "frobs_core.capabilities": ["frobs_core.plugins.records", "frobs_core.plugins.capabilities"],
-    "frobs_core.compose": ["frobs_core.kernel.compose"],
-    "frobs_core.config": ["frobs_core.kernel.config"],
     "frobs_core.control": ["frobs_core.contracts.control"],
-    "frobs_core.copying": ["frobs_core.kernel.copying"],
     "frobs_core.env": ["frobs_core.kernel.env"],
-    "frobs_core.errors": ["frobs_core.util.errors"],
-    "frobs_core.files": ["frobs_core.util.files"],
     "frobs_core.hookspecs": ["frobs_core.plugins.hooks"],
-    "frobs_core.inputs": ["frobs_core.kernel.inputs"],
-    "frobs_core.install_hints": ["frobs_core.util.install_hints"],
     "frobs_core.interfaces": [
         "frobs_core.contracts",
         "frobs_core.description",
         "frobs_models",
         "frobs_core.kernel.policies",
     ],
-    "frobs_core.keywords": ["frobs_core.util.keywords"],
     "frobs_core.models": ["frobs_models"],
     "frobs_core.observation": ["frobs_core.description", "frobs_core.sensing.observation"],
-    "frobs_core.plain": ["frobs_core.util.plain"],
     "frobs_core.plugins": ["frobs_devkit.probe", "frobs_devkit.doctor.requirements"],
-    "frobs_core.random": ["frobs_core.util.random"],
-    "frobs_core.randomization": ["frobs_core.sensing.randomization"],
-    "frobs_core.registry": ["frobs_core.plugins.registry"],
-    "frobs_core.robot_config": ["frobs_core.kernel.robot_config"],
-    "frobs_core.rotations": ["frobs_core.util.rotations"],
-    "frobs_core.sensors": ["frobs_core.sensing.sensors"],
     "frobs_core.specs": ["frobs_core.plugins.records"],
-    "frobs_core.validation": ["frobs_core.util.validation"],
-    "frobs_core.vector_env": ["frobs_core.kernel.vector_env"],
     "frobs_core.wrappers": ["frobs_rl_compat.wrappers"],
-    "frobs_core.yaml": ["frobs_core.util.yaml"],
 }
 """Public modules of version 0.2, and the modules that define their names now. Some modules still exist, with fewer names."""
 

@@ -16,7 +16,7 @@ from frobs_core.models.defaults import default_tcp, home_positions
 from frobs_core.models.kinematics import joint_path
 from frobs_core.models.model import JointType, Pose
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import CapabilityError, SimulationError, UnknownNameError, UnsuitableRobotError
+from frobs_core.util.errors import CapabilityError, SimulationError, UnsuitableRobotError, check_name
 from frobs_core.util.rotations import Number, quat_multiply, quat_rotate
 
 
@@ -318,9 +318,8 @@ class RobotHandle(JointGroup):
         Raises:
             UnknownNameError: The robot has no lidar with this name.
         """
-        lidar = self.robot.lidars.get(name)
-        if lidar is None:
-            raise UnknownNameError("lidar", name, self.robot.lidars)
+        lidars = self.robot.lidars
+        lidar = lidars[check_name("lidar", name, lidars)]
         pos, quat = self.frame_pose(lidar.frame)
         if self.num_envs == 1:  # Python floats are faster here and round in the same way
             ahead, left = np.array(_xy_axes(*quat[0].tolist())).reshape(2, 1, 1, 3)

@@ -190,9 +190,7 @@ class Simulation(Stateful, ABC):
     def contact_force(self, name: str) -> Floats:
         """Return the largest normal force of a declared contact in the last ``step``, (num_envs,) [N].
 
-        Raises:
-            UnknownNameError: The scene does not declare a contact with this name.
-            ConfigurationError: The contact ignores some bodies, so its force is not available.
+        For the errors, see :meth:`contact_resultant`.
         """
         contacts = self._contacts()
         return read_only(contacts.normal_force[:, contacts.scene.contact_number(name, force=True)])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import atan, degrees, dist
@@ -389,45 +389,40 @@ class Scene:
             ConfigurationError: A kinematic body has a mass, a contact or camera refers to a body that does not exist,
                 or the simulator does not support a feature of the scene.
         """
+        for problem in self._problems(robots, lacking):
+            raise SceneError(*problem)
+
+    def _problems(self, robots: Mapping[str, Placement], lacking: Collection[str]) -> Iterator[tuple[str, str]]:
+        """Yield the element and the reason of each problem."""
         for what in lacking:
             if getattr(self, what):
                 names = ", ".join(getattr(self, what))
-                raise SceneError(
-                    "the scene", f"contains the {what} {names}, but this simulator does not support {what}."
-                )
+                yield "the scene", f"contains the {what} {names}, but this simulator does not support {what}."
         links = {f"{name}/{link.name}" for name, placement in robots.items() for link in placement.model.links}
         known = [*self.bodies, *robots, *(["floor"] if self.floor else [])]
         for name, contact in self.contacts.items():
             for side in (contact.first, contact.second, *contact.ignore):
                 if side != "*" and side not in known and side not in links:
-                    raise SceneError(
-                        f"contact '{name}'", f"refers to '{side}', which does not exist; available: {', '.join(known)}."
+                    yield (
+                        f"contact '{name}'",
+                        f"refers to '{side}', which does not exist; available: {', '.join(known)}.",
                     )
         for name, camera in self.cameras.items():
             if camera.frame is not None and camera.frame not in links and camera.frame not in self.bodies:
-                raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is not a body in the scene.")
+                yield f"camera '{name}'", f"is fixed to '{camera.frame}', which is not a body in the scene."
             if camera.up is not None and not np.any(np.cross(camera.up, np.subtract(camera.pos, camera.target))):
-                raise SceneError(
-                    f"camera '{name}'", f"has the up vector {camera.up}, which is parallel to the viewing direction."
-                )
+                yield f"camera '{name}'", f"has the up vector {camera.up}, which is parallel to the viewing direction."
         for name, attachment in self.attachments.items():
             for side in (attachment.first, attachment.second):
                 if side not in links and side not in self.bodies:
-                    raise SceneError(
-                        f"attachment '{name}'", f"refers to '{side}', which is not a body or link in the scene."
-                    )
+                    yield f"attachment '{name}'", f"refers to '{side}', which is not a body or link in the scene."
             second = self.bodies.get(attachment.second)
             if attachment.first == attachment.second or (second is not None and not second.is_free):
-                raise SceneError(
-                    f"attachment '{name}'",
-                    "has an invalid second side; it must be a link or a body with a mass, and must differ from the "
-                    "first side.",
-                )
+                rule = "it must be a link or a body with a mass, and must differ from the first side."
+                yield f"attachment '{name}'", f"has an invalid second side; {rule}"
         for name, body in self.bodies.items():
             if body.is_free and body.kinematic:
-                raise SceneError(
-                    f"scene body '{name}'", "is kinematic and has a mass; remove the mass, or set kinematic=False."
-                )
+                yield f"scene body '{name}'", "is kinematic and has a mass; remove the mass, or set kinematic=False."
 
     def contact_number(self, name: str, *, force: bool = False) -> int:
         """Return the index of a declared contact.

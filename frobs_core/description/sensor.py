@@ -213,6 +213,7 @@ class Bumper(Sensor):
     instrument: ClassVar[str] = "frobs_core.sensing.sensors.instruments:BumperInstrument"
     unit: ClassVar[str] = "0 or 1"
     needs: ClassVar[str] = "contacts"
+    bounds: ClassVar[tuple[float, float]] = (0.0, 1.0)
 
     links: tuple[str, ...] = ()
     ignore: tuple[str, ...] = ("floor",)
@@ -232,11 +233,6 @@ class Bumper(Sensor):
     def frames(self) -> tuple[str, ...]:
         """The links of the switch."""
         return (self.frame, *self.links)
-
-    @property
-    def bounds(self) -> tuple[float, float]:
-        """Minimum and maximum of a reading: 0 and 1."""
-        return 0.0, 1.0
 
     @property
     def summary(self) -> str:
@@ -261,22 +257,14 @@ class Imu(Sensor):
     instrument: ClassVar[str] = "frobs_core.sensing.sensors.instruments:ImuInstrument"
     unit: ClassVar[str] = "rad/s, m/s²"
     needs: ClassVar[str] = "randomize_gravity"  # simulators with this capability also report gravity
+    width: ClassVar[int] = 6
+    summary: ClassVar[str] = "angular velocity, specific force"
 
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         self._check_offset(self.offset)
-
-    @property
-    def width(self) -> int:
-        """Number of elements in a reading: three for angular velocity and three for specific force."""
-        return 6
-
-    @property
-    def summary(self) -> str:
-        """The measured quantities."""
-        return "angular velocity, specific force"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -294,16 +282,8 @@ class ForceTorque(Sensor):
     instrument: ClassVar[str] = "frobs_core.sensing.sensors.instruments:ForceTorqueInstrument"
     unit: ClassVar[str] = "N, N·m"
     needs: ClassVar[str] = "force_torque"
-
-    @property
-    def width(self) -> int:
-        """Number of elements in a reading: three for force and three for torque."""
-        return 6
-
-    @property
-    def summary(self) -> str:
-        """The measured quantities."""
-        return "force, torque"
+    width: ClassVar[int] = 6
+    summary: ClassVar[str] = "force, torque"
 
 
 SENSORS: tuple[type[Sensor], ...] = (Lidar, Bumper, Imu, ForceTorque)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -14,7 +14,7 @@ from frobs_core.description import VECTORS, Marker, ObservationTerm, Scene, Sens
 from frobs_core.plugins.records import Level
 from frobs_core.sensing.sensors import Sensors
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import ObservationTermError, UnknownNameError, check_name
+from frobs_core.util.errors import ObservationTermError, check_name
 from frobs_core.util.random import RandomSource
 
 TYPES: Mapping[str, frozenset[str]] = {
@@ -75,8 +75,7 @@ def _check_camera(name: str, settings: dict[str, Any]) -> None:
         raise ObservationTermError(
             name, f"has the invalid size {size!r}; write [height, width] in pixels, each between 1 and {MAX_SIDE}."
         )
-    if settings.setdefault("modality", "rgb") not in MODALITIES:
-        raise UnknownNameError(f"modality of the observation term '{name}'", str(settings["modality"]), MODALITIES)
+    check_name(f"modality of the observation term '{name}'", str(settings.setdefault("modality", "rgb")), MODALITIES)
     for key, default in {"fast": True, "markers": False}.items():
         if not isinstance(settings.setdefault(key, default), bool):
             raise ObservationTermError(
@@ -95,7 +94,7 @@ def without_dropped(terms: Mapping[str, ObservationTerm], given: Mapping[str, An
     """
     dropped = {name for name, value in given.items() if value is None}
     for name in dropped - {"*"}:
-        if terms[_known("term of the task", name, terms)].key != VECTORS:
+        if terms[check_name("term of the task", name, terms)].key != VECTORS:
             raise ObservationTermError(
                 name, "cannot be dropped, because goal-conditioned tasks require their goal terms."
             )
@@ -175,15 +174,15 @@ class AddedTerms(Stateful):
     def _robot(self, name: str, term: Mapping[str, Any]) -> tuple[str, RobotHandle]:
         robots = self._simulation.robots
         chosen = term.get("robot", next(iter(self._control.robots)))
-        return chosen, robots[_known(f"robot of the observation term '{name}'", chosen, robots)]
+        return chosen, robots[check_name(f"robot of the observation term '{name}'", chosen, robots)]
 
     def _state(self, name: str, term: Mapping[str, Any]) -> ObservationTerm:
         if term["type"] == "body":
             bodies = self._simulation.bodies
-            body = bodies[_known(f"body of the observation term '{name}'", term["body"], bodies)]
+            body = bodies[check_name(f"body of the observation term '{name}'", term["body"], bodies)]
             return _unbounded(lambda: np.concatenate(body.pose, axis=1), 7, "m, 1")
         if term["type"] == "contact":
-            contact = _known(f"contact of the observation term '{name}'", term["contact"], self._scene.contacts)
+            contact = check_name(f"contact of the observation term '{name}'", term["contact"], self._scene.contacts)
             zero = np.zeros(1)
             return ObservationTerm(
                 read=lambda: self._simulation.contact(contact)[:, None], low=zero, high=zero + 1.0, unit="1"
@@ -202,12 +201,12 @@ class AddedTerms(Stateful):
     def _sensor(self, name: str, term: Mapping[str, Any], control_timestep: float) -> ObservationTerm:
         robot, handle = self._robot(name, term)
         known: Mapping[str, Sensor] = handle.robot.sensors
-        sensor = _known(f"sensor of the observation term '{name}'", term["sensor"], known)
+        sensor = check_name(f"sensor of the observation term '{name}'", term["sensor"], known)
         self._sensors[name] = sensors = Sensors(self._simulation, control_timestep, robot, [sensor])
         return replace(sensors.term(sensor), imperfect=not known[sensor].is_ideal)
 
     def _camera(self, name: str, term: Mapping[str, Any]) -> ObservationTerm:
-        camera = _known(f"camera of the observation term '{name}'", term["camera"], self._scene.cameras)
+        camera = check_name(f"camera of the observation term '{name}'", term["camera"], self._scene.cameras)
         size, modality, fast, with_markers = tuple(term["size"]), term["modality"], term["fast"], term["markers"]
         view = {"camera": camera, **asdict(self._scene.cameras[camera]), "modality": modality, "markers": with_markers}
         for key in ("up", "intrinsics"):
@@ -224,12 +223,6 @@ class AddedTerms(Stateful):
             return ObservationTerm(read=read, low=black, high=white, unit="1", key=name, dtype="uint8", view=view)
         near = np.zeros((*size, 1), np.float32)
         return ObservationTerm(read=read, low=near, high=near + np.float32(np.inf), unit="m", key=name, view=view)
-
-
-def _known(kind: str, name: str, known: Collection[str]) -> str:
-    if name not in known:
-        raise UnknownNameError(kind, name, known)
-    return name
 
 
 def _unbounded(read: Callable[[], Floats], width: int, unit: str) -> ObservationTerm:

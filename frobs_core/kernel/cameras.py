@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field  # noqa: TID253 - only imported if cameras are given
 
 from frobs_core.description import Camera, Intrinsics, Placement, Scene
-from frobs_core.util.errors import ConflictingOptionsError, MissingSettingError, ParameterValueError, UnknownNameError
+from frobs_core.util.errors import ConflictingOptionsError, MissingSettingError, ParameterValueError, check_name
 from frobs_core.util.validation import validate
 
 _Point = tuple[float, float, float]
@@ -77,17 +77,13 @@ def with_cameras(scene: Scene, given: Mapping[str, Any], robots: Mapping[str, Pl
 def _frame(owner: str, read: _Camera, scene: Scene, robots: Mapping[str, Placement]) -> str | None:
     """Return what the camera is fixed to: ``"robot/link"``, the name of a body, or None for the world."""
     if read.body is not None:
-        if read.body not in scene.bodies:
-            raise UnknownNameError(f"body of the scene ({owner}.body)", read.body, scene.bodies)
-        return read.body
+        return check_name(f"body of the scene ({owner}.body)", read.body, scene.bodies)
     robot = next(iter(robots)) if read.robot is None else read.robot
-    if robot not in robots:
-        raise UnknownNameError(f"robot of the scene ({owner}.robot)", robot, robots)
+    check_name(f"robot of the scene ({owner}.robot)", robot, robots)
     if read.link is None:
         if read.robot is not None:
             raise MissingSettingError(owner, "link", "name the link that carries the camera")
         return None
     links = [link.name for link in robots[robot].model.links]
-    if read.link not in links:
-        raise UnknownNameError(f"link of robot '{robot}' ({owner}.link)", read.link, links)
-    return f"{robot}/{read.link}"
+    link = check_name(f"link of robot '{robot}' ({owner}.link)", read.link, links)
+    return f"{robot}/{link}"

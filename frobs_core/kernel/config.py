@@ -13,12 +13,7 @@ import numpy as np
 from frobs_core.deprecation import rename_keywords
 from frobs_core.kernel.robot_config import RENAMED_KEYWORDS, RobotConfig, RobotKeywords
 from frobs_core.plugins.records import SimulatorRecord, TaskRecord
-from frobs_core.util.errors import (
-    ConfigurationError,
-    ConflictingOptionsError,
-    MissingSettingError,
-    ParameterValueError,
-)
+from frobs_core.util.errors import ConfigurationError, ConflictingOptionsError, MissingSettingError, ParameterValueError
 from frobs_core.util.validation import check_mappings, check_type, choice, whole_number
 
 RENDER_MODES = ("rgb_array", "human")

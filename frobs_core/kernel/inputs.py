@@ -29,23 +29,18 @@ def invalid_action(action: Any, space: gym.Space[Any]) -> InvalidActionError:
     try:
         given = np.asarray(action)
     except ValueError:
-        return InvalidActionError(
-            f"the rows of the action have different lengths; the action space has the shape {space.shape}."
-        )
+        text = f"the rows of the action have different lengths; the action space has the shape {space.shape}."
+        return InvalidActionError(text)
     if given.shape != space.shape:
-        return InvalidActionError(
-            f"the action has the shape {given.shape}, but the action space has the shape {space.shape}."
-        )
-    if given.dtype.kind not in "biuf":
-        return InvalidActionError(
-            f"the action {action!r:.80} does not consist of numbers; the action space is {space}."
-        )
-    where = np.argwhere(~np.isfinite(given)).tolist()
-    if where:
-        return InvalidActionError(
-            f"the action contains non-finite values at the indices {where[:3]}; the first is {given[tuple(where[0])]}."
-        )
-    return InvalidActionError(f"the action {action!r} is not in {space}.")
+        text = f"the action has the shape {given.shape}, but the action space has the shape {space.shape}."
+    elif given.dtype.kind not in "biuf":
+        text = f"the action {action!r:.80} does not consist of numbers; the action space is {space}."
+    elif where := np.argwhere(~np.isfinite(given)).tolist():
+        first = given[tuple(where[0])]
+        text = f"the action contains non-finite values at the indices {where[:3]}; the first is {first}."
+    else:
+        text = f"the action {action!r} is not in {space}."
+    return InvalidActionError(text)
 
 
 def option_mapping(options: Any) -> dict[str, Any]:

@@ -45,18 +45,12 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
             episodes do not all reach the time limit at the same step.
         keywords: Fields of :class:`frobs_core.kernel.config.EnvConfig`. All other keywords are passed to the task.
 
+    All attributes of :class:`~frobs_core.kernel.env.RobotEnv` exist here too.
+
     Attributes:
-        config: The keywords.
-        control: All controllers.
-        robot: Handle of the first controlled robot.
-        controller: Controller of the first controlled robot's first joint group.
         final_observation: Final observations of the latest step in which episodes ended, (num_envs, …). Only the rows
             of environments whose episode ended are valid.
-        after_reset: Functions to call after each reset; see :class:`frobs_core.kernel.env.Loop`.
-        after_step: Functions to call after each step.
         before_autoreset: Functions to call before each automatic reset.
-        observations: Observation terms, with their columns and units.
-        randomization: The randomization with its current values, or None if nothing is randomized.
     """
 
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES)}  # noqa: RUF012 - declared as in Gymnasium
@@ -106,10 +100,7 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         self._checked = self._check_discrete if self._loop.discrete else self._check_box
 
     def reset(
-        self,
-        *,
-        seed: int | Sequence[int | None] | None = None,
-        options: Mapping[str, Any] | None = None,
+        self, *, seed: int | Sequence[int | None] | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
         """Begin episodes.
 

@@ -35,11 +35,7 @@ CAPABILITIES: Mapping[str, str] = {
 """Descriptions of the core capabilities, by name. :func:`known_capabilities` also includes those of plugins."""
 
 
-METHODS: Mapping[str, Sequence[str]] = {
-    "rays": ("rays",),
-    "wrench": ("apply_wrench",),
-    "cameras": ("render",),
-}
+METHODS: Mapping[str, Sequence[str]] = {"rays": ("rays",), "wrench": ("apply_wrench",), "cameras": ("render",)}
 """Methods of :class:`frobs_core.contracts.Simulation` that a simulator must implement, by capability."""
 
 
@@ -59,11 +55,7 @@ def known_capabilities() -> Mapping[str, CapabilityRecord]:
     return found
 
 
-def check_capabilities(
-    simulator: str,
-    has: Mapping[str, Level],
-    needs: Mapping[str, Mapping[str, Level]],
-) -> None:
+def check_capabilities(simulator: str, has: Mapping[str, Level], needs: Mapping[str, Mapping[str, Level]]) -> None:
     """Check that a simulator supports all required capabilities.
 
     The check does not require a simulation, so it can run before the simulation is built.

@@ -288,15 +288,16 @@ def _refuse_second_offers(
     """Reject names from another plugin of the same distribution, because ``distribution:name`` must be unique."""
     for other in others:
         if other.distribution == candidate.distribution:
-            taken = [(kind, record.name) for kind in RECORDS for record in other.records[kind]]
-            taken += [("environment ID", id) for id in other.environment_ids]
-            offered = [(kind, record.name) for kind in RECORDS for record in records[kind]]
-            offered += [("environment ID", id) for id in environment_ids(records)]
-            for kind, name in offered:
+            taken = _names(other.records)
+            for kind, name in _names(records):
                 if (kind, name) in taken:
-                    raise PluginError(
-                        f"{kind} '{name}' is also provided by plugin '{other.name}' of the same distribution"
-                    )
+                    text = f"{kind} '{name}' is also provided by plugin '{other.name}' of the same distribution"
+                    raise PluginError(text)
+
+
+def _names(records: Mapping[str, tuple[Record, ...]]) -> list[tuple[str, str]]:
+    names = [(kind, record.name) for kind in RECORDS for record in records[kind]]
+    return names + [("environment ID", id) for id in environment_ids(records)]
 
 
 def _one_line(error: BaseException) -> str:

@@ -29,9 +29,7 @@ hookimpl = pluggy.HookimplMarker("frobs")
 
 @hookspec
 def frobs_simulators() -> Sequence[SimulatorRecord]:  # type: ignore[empty-body]
-    """Provide simulators.
-
-    This hook is called once, when plugins are loaded. Return a list of :class:`~frobs_core.plugins.records.SimulatorRecord`.
+    """Provide simulators; called once when plugins are loaded. Return a list of ``SimulatorRecord``.
 
     Example::
 
@@ -48,9 +46,7 @@ def frobs_simulators() -> Sequence[SimulatorRecord]:  # type: ignore[empty-body]
 
 @hookspec
 def frobs_robots() -> Sequence[RobotRecord]:  # type: ignore[empty-body]
-    """Provide robots.
-
-    This hook is called once, when plugins are loaded. Return a list of :class:`~frobs_core.plugins.records.RobotRecord`.
+    """Provide robots; called once when plugins are loaded. Return a list of ``RobotRecord``.
 
     Example::
 
@@ -66,9 +62,7 @@ def frobs_robots() -> Sequence[RobotRecord]:  # type: ignore[empty-body]
 
 @hookspec
 def frobs_controllers() -> Sequence[ControllerRecord]:  # type: ignore[empty-body]
-    """Provide controllers.
-
-    This hook is called once, when plugins are loaded. Return a list of :class:`~frobs_core.plugins.records.ControllerRecord`.
+    """Provide controllers; called once when plugins are loaded. Return a list of ``ControllerRecord``.
 
     Example::
 
@@ -85,9 +79,9 @@ def frobs_controllers() -> Sequence[ControllerRecord]:  # type: ignore[empty-bod
 
 @hookspec
 def frobs_tasks() -> Sequence[TaskRecord]:  # type: ignore[empty-body]
-    """Provide tasks, and the Gymnasium IDs that combine them with robots.
+    """Provide tasks and their Gymnasium IDs; called once when plugins are loaded. Return a list of ``TaskRecord``.
 
-    This hook is called once, when plugins are loaded. Return a list of :class:`~frobs_core.plugins.records.TaskRecord`.
+    Each ID combines a task with a robot and a controller.
 
     Example::
 
@@ -106,9 +100,7 @@ def frobs_tasks() -> Sequence[TaskRecord]:  # type: ignore[empty-body]
 
 @hookspec
 def frobs_algorithms() -> Sequence[AlgorithmRecord]:  # type: ignore[empty-body]
-    """Provide learning algorithms.
-
-    This hook is called once, when plugins are loaded. Return a list of :class:`~frobs_core.plugins.records.AlgorithmRecord`.
+    """Provide learning algorithms; called once when plugins are loaded. Return a list of ``AlgorithmRecord``.
 
     Example::
 
@@ -129,7 +121,7 @@ def frobs_extensions() -> Sequence[Record]:  # type: ignore[empty-body]
 
     This hook is called once, when plugins are loaded. Return a list of records. The class of each record says what the
     record describes. Other distributions may define further classes of records; see
-    :class:`~frobs_core.plugins.records.Record`.
+    ``Record``.
 
     Example::
 

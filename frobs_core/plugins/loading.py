@@ -138,28 +138,24 @@ def _checked(hook: str, cls: type[Record], returned: object) -> Sequence[Record]
 
 def _check_record(kind: str, record: Record) -> None:
     if not isinstance(record.name, str) or not _NAME.fullmatch(record.name):
-        raise PluginError(
-            f"the {kind} name {record.name!r} is invalid; use only lowercase letters, digits and underscores"
-        )
+        rule = "use only lowercase letters, digits and underscores"
+        raise PluginError(f"the {kind} name {record.name!r} is invalid; {rule}")
+    owner = f"{kind} '{record.name}'"
     needs_none = record.entry_point == "" and isinstance(record, CapabilityRecord | ParameterRecord)
     if not needs_none and (not isinstance(record.entry_point, str) or not _ENTRY_POINT.fullmatch(record.entry_point)):
-        raise PluginError(
-            f"{kind} '{record.name}': entry_point is {record.entry_point!r}; it must have the form 'module:attribute'"
-        )
+        raise PluginError(f"{owner}: entry_point is {record.entry_point!r}; it must have the form 'module:attribute'")
     for text in ("summary", "install_hint"):
         if not isinstance(getattr(record, text), str):
-            raise PluginError(f"{kind} '{record.name}': {text} is {_article(getattr(record, text))}, not a string")
+            raise PluginError(f"{owner}: {text} is {_article(getattr(record, text))}, not a string")
     for mapping in ("capabilities", "needs", "tuned"):
         if not isinstance(getattr(record, mapping, {}), Mapping):
-            raise PluginError(
-                f"{kind} '{record.name}': {mapping} is {_article(getattr(record, mapping))}, not a mapping"
-            )
+            raise PluginError(f"{owner}: {mapping} is {_article(getattr(record, mapping))}, not a mapping")
     if isinstance(record, TaskRecord):
         if not isinstance(record.environments, tuple):
-            raise PluginError(f"task '{record.name}': environments is {_article(record.environments)}, not a tuple")
+            raise PluginError(f"{owner}: environments is {_article(record.environments)}, not a tuple")
         for environment in record.environments:
             if not isinstance(environment, EnvironmentRecord):
-                raise PluginError(f"task '{record.name}': environments contains {_article(environment)}")
+                raise PluginError(f"{owner}: environments contains {_article(environment)}")
 
 
 def _check_unique(records: Mapping[str, Sequence[Record]]) -> None:

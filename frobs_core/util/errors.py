@@ -139,12 +139,7 @@ class UnknownNameError(PluginError):
     """
 
     def __init__(
-        self,
-        kind: str,
-        name: str,
-        available: Iterable[str],
-        failed: Sequence[str] = (),
-        install_hint: str = "",
+        self, kind: str, name: str, available: Iterable[str], failed: Sequence[str] = (), install_hint: str = ""
     ) -> None:
         self.kind = kind
         self.name = name
@@ -159,10 +154,11 @@ class UnknownNameError(PluginError):
         super().__init__(text)
 
 
-def check_name(kind: str, name: str, available: Iterable[str]) -> None:
-    """Raise :class:`UnknownNameError` unless the name exists. For the arguments, see there."""
+def check_name(kind: str, name: str, available: Iterable[str]) -> str:
+    """Return an existing name, or raise :class:`UnknownNameError`. For the arguments, see there."""
     if name not in available:
         raise UnknownNameError(kind, name, available)
+    return name
 
 
 class AmbiguousNameError(PluginError):

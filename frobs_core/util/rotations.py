@@ -45,20 +45,14 @@ def cross(first: Floats, second: Floats) -> Floats:
 
 
 def cross_components(a: Number, b: Number, c: Number, p: Number, q: Number, r: Number) -> tuple[Number, Number, Number]:
-    """Return the cross product of (a, b, c) and (p, q, r).
-
-    For a single product, Python floats are faster than arrays.
-    """
+    """Return the cross product of (a, b, c) and (p, q, r)."""
     return b * r - c * q, c * p - a * r, a * q - b * p
 
 
 def multiply_components(
     w1: Number, x1: Number, y1: Number, z1: Number, w2: Number, x2: Number, y2: Number, z2: Number
 ) -> tuple[Number, Number, Number, Number]:
-    """Return the product of two quaternions as w, x, y and z, (…) each.
-
-    For a single product, Python floats are faster than arrays.
-    """
+    """Return the product of two quaternions as w, x, y and z, (…) each."""
     return (
         w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
         w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
@@ -70,10 +64,7 @@ def multiply_components(
 def rotate_components(
     w: Number, x: Number, y: Number, z: Number, a: Number, b: Number, c: Number
 ) -> tuple[Number, Number, Number]:
-    """Rotate the vector (a, b, c) by the unit quaternion (w, x, y, z), whose components have the shape (…).
-
-    For a single vector, Python floats are faster than arrays.
-    """
+    """Rotate the vector (a, b, c) by the unit quaternion (w, x, y, z), whose components have the shape (…)."""
     p, q, r = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
     return a + w * p + (y * r - z * q), b + w * q + (z * p - x * r), c + w * r + (x * q - y * p)
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from frobs_core.sensing.randomization import read_settings
-from frobs_core.sensing.randomization.distribution import Shape
-from frobs_core.sensing.randomization.schedule import Schedule, When
+from frobs_core.sensing.randomization.draw import Schedule, Shape, When
 from frobs_core.util.errors import ConfigFileError, ConfigurationError, UnknownParameterError
 from frobs_core.util.random import RandomSource
 from frobs_core.util.yaml import load_yaml_text

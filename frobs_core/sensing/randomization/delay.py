@@ -6,9 +6,7 @@ import numpy as np
 
 from frobs_core.contracts.control import Control
 from frobs_core.contracts.stateful import Snapshot, Stateful
-from frobs_core.sensing.randomization.distribution import Distribution
-from frobs_core.sensing.randomization.schedule import Draw, Sample
-from frobs_core.sensing.randomization.settings import Setting
+from frobs_core.sensing.randomization.draw import Draw, Setting
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import SettingError
 from frobs_core.util.random import RandomSource
@@ -19,14 +17,7 @@ class ActionDelay(Stateful):
 
     Until the first command arrives, the drives hold the reset positions, zero velocity or zero effort, depending on the
     command mode. Commands are delayed instead of actions, because not every controller has a neutral action.
-
-    Args:
-        setting: Setting that defines the delay in control steps, which is the same for all robots.
-        control: The controllers and their robots.
-        control_timestep: [s]
-
-    Raises:
-        SettingError: A controller computes a new command at every physics step.
+    The delay is the same for all robots. The commands of controllers that run at the physics rate cannot be delayed.
     """
 
     def __init__(self, setting: Setting, control: Control, control_timestep: float) -> None:
@@ -38,8 +29,7 @@ class ActionDelay(Stateful):
         self._names = list(control.robots)
         self._robots = [robot.robot for robot in control.robots.values()]
         num_envs = self._robots[0].num_envs
-        steps = np.zeros(num_envs)
-        self.draw = Draw(setting.stream, setting.schedule, whole_steps(setting.distribution), steps, control_timestep)
+        self.draw = Draw(setting, num_envs, control_timestep)
         depth = int(setting.distribution.high) + 1
         # Commands of each robot, (num_envs, longest delay + 1, 1 or decimation, dof), newest first.
         self._histories: list[Floats] = [np.zeros((num_envs, depth, 1, robot.dof)) for robot in self._robots]
@@ -80,13 +70,3 @@ class ActionDelay(Stateful):
     def restore(self, snapshot: Snapshot) -> None:
         """Restore a snapshot, in which the commands may have another number of rows per step."""
         self._histories = [snapshot[name].copy() for name in self._names]
-
-
-def whole_steps(distribution: Distribution) -> Sample:
-    """Return a function that draws delays, (n,) float64, as whole numbers of control steps."""
-    low, high = int(distribution.low), int(distribution.high)
-
-    def sample(rng: RandomSource, stream: str, mask: Mask | None) -> Floats:
-        return rng.integers(stream, low, high + 1, (), mask).astype(np.float64)
-
-    return sample

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Any
 
 import gymnasium as gym
@@ -12,12 +11,9 @@ import numpy as np
 from frobs_core.contracts.stateful import Snapshot, Stateful
 from frobs_core.description import VECTORS, Observation
 from frobs_core.sensing.observation import Observations
-from frobs_core.sensing.randomization.delay import whole_steps
-from frobs_core.sensing.randomization.distribution import Distribution
-from frobs_core.sensing.randomization.schedule import Draw, Sample
-from frobs_core.sensing.randomization.settings import Setting
+from frobs_core.sensing.randomization.draw import Draw, Setting
 from frobs_core.sensing.randomization.targets import matches
-from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.arrays import Mask
 from frobs_core.util.errors import SettingError
 from frobs_core.util.random import RandomSource
 
@@ -26,13 +22,7 @@ class ObservedArray:
     """One array of an observation, with added noise and delay. Noise is added before the delay.
 
     Delayed observations are read from a history instead of being drawn again, so resetting some environments does not
-    affect the others.
-
-    Args:
-        key: Name of the array.
-        space: Space of a single environment.
-        num_envs: ≥ 1.
-        depth: Number of stored measurements.
+    affect the others. The history contains ``depth`` measurements.
     """
 
     def __init__(self, key: str, space: gym.spaces.Box, num_envs: int, depth: int) -> None:
@@ -76,19 +66,7 @@ class ObservedArray:
 
 
 class ObservedArrays(Stateful):
-    """The arrays of an observation that have noise or delay.
-
-    Args:
-        noise: Settings of ``observation_noise``.
-        delays: Settings of ``observation_delay``.
-        observations: Terms of the observation.
-        num_envs: ≥ 1.
-        control_timestep: [s]
-
-    Raises:
-        UnknownNameError: A setting names a term that the observation does not contain.
-        ConfigurationError: A term does not support noise.
-    """
+    """The arrays of an observation to which the settings ``observation_noise`` or ``observation_delay`` apply."""
 
     def __init__(
         self,
@@ -167,26 +145,21 @@ class ObservedArrays(Stateful):
                 f"the setting has {setting.distribution.width} numbers for {start} columns; write one number, or one "
                 "number for each column.",
             )
-        draw = self._add_draw(setting, partial(_sample, setting.distribution, start), start)
+        draw = self._add_draw(setting, start)
         for name, array, columns, numbers in places:
             array.noise.append((columns, draw, numbers))
             if not draw.changes_in_episode:
                 self.constant[f"{setting.stream}: {name}"] = draw, numbers
 
     def _add_delay(self, setting: Setting) -> None:
-        draw = self._add_draw(setting, whole_steps(setting.distribution))
+        draw = self._add_draw(setting)
         for key, columns in self._named(setting).values():
             self._find_array(key, setting)[0].delays.append(((slice(None), columns), draw))
 
-    def _add_draw(self, setting: Setting, sample: Sample, *shape: int) -> Draw:
-        zeros = np.zeros((self._num_envs, *shape))
-        self.draws.append(Draw(setting.stream, setting.schedule, sample, zeros, self._timestep))
+    def _add_draw(self, setting: Setting, width: int = 1) -> Draw:
+        self.draws.append(Draw(setting, self._num_envs, self._timestep, width))
         return self.draws[-1]
 
     def stored_arrays(self) -> Snapshot:
         """Return the stored measurements."""
         return {key: array.history for key, array in self.arrays.items()}
-
-
-def _sample(distribution: Distribution, width: int, rng: RandomSource, stream: str, mask: Mask | None) -> Floats:
-    return distribution.draw(rng, stream, width, mask)

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from functools import partial
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from frobs_core.contracts import CommandMode, Simulation
 from frobs_core.contracts.stateful import Snapshot, Stateful
-from frobs_core.sensing.randomization.schedule import Draw
-from frobs_core.sensing.randomization.settings import CAPABILITY, Setting
+from frobs_core.sensing.randomization.draw import Draw, Setting
+from frobs_core.sensing.randomization.settings import CAPABILITY
 from frobs_core.sensing.randomization.targets import find_units, matches
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import SettingError
@@ -20,10 +19,14 @@ from frobs_core.util.random import RandomSource
 _LEAST = {"mass": 0.01, "size": 0.01}
 """Minimum mass and size of a body, as fractions of its nominal mass and size."""
 
+_CHANGES: Mapping[str, Callable[[Floats, Floats], Floats]] = {
+    "scale": np.multiply,
+    "add": np.add,
+    "set": lambda value, number: number,
+}
+
 _VECTORS = ("stiffness", "damping", "joint_damping", "gravity")
-"""Parameters with an array for each target: (n, dof) or (n, 3). All other parameters have one number for each
-target.
-"""
+"""Parameters with an array for each target, (n, dof) or (n, 3). All others have one number for each target."""
 
 _OF_ROBOTS = ("mass", "stiffness", "damping", "joint_damping")
 """Parameters that are randomized only for robots by default."""
@@ -39,18 +42,7 @@ class PhysicalParameter(Stateful):
     """Randomization of one physical parameter for all objects that have this parameter.
 
     Settings are applied in order. The first setting changes the nominal value, and each subsequent setting changes the
-    result of the previous one.
-
-    Args:
-        name: Name of the parameter in :meth:`frobs_core.contracts.Simulation.parameter`.
-        settings: Settings of this parameter.
-        simulation: Simulation to write to.
-        robots: Names of the robots with controllers. By default, only the links and joints of these robots change.
-        control_timestep: [s]
-
-    Raises:
-        UnknownNameError: A target does not exist.
-        ConfigurationError: A draw could produce a physically impossible value, or a setting would have no effect.
+    result of the previous one. By default, only links and joints of ``robots``, which have controllers, change.
     """
 
     def __init__(
@@ -144,20 +136,12 @@ class PhysicalParameter(Stateful):
         if given != 1 and (not vector or given != width):
             one = "one number, or (except for a scale) three numbers for x, y and z" if vector else "one number"
             raise SettingError(setting.place, f"a bound has {given} numbers; for each bound, write {one}.")
-        sample = partial(_sample, setting, width)
-        return Draw(setting.stream, setting.schedule, sample, np.zeros((len(self.nominal), width)), control_timestep)
+        return Draw(setting, len(self.nominal), control_timestep, width)
 
     def _write(self, rows: Mask) -> None:
         value = self.nominal[rows]
         for change, columns, draw in self._changes:
-            numbers = draw.numbers[rows]
-            match change:
-                case "scale":
-                    value[:, columns] *= numbers
-                case "add":
-                    value[:, columns] += numbers
-                case _:
-                    value[:, columns] = numbers
+            value[:, columns] = _CHANGES[change](value[:, columns], draw.numbers[rows])
         if self._least is not None:
             np.maximum(value, self._least[rows], out=value)
         self.current[rows] = value
@@ -176,14 +160,8 @@ class PhysicalParameter(Stateful):
         value = self.nominal.copy()
         for setting, (change, columns, _) in zip(settings, self._changes, strict=True):
             low = setting.distribution.low
-            match change:
-                case "scale":
-                    # Unbounded distributions pass this check, because their draws are later clipped.
-                    value[:, columns] = np.where(np.isneginf(low), np.inf, value[:, columns] * low)
-                case "add":
-                    value[:, columns] = np.where(np.isneginf(low), np.inf, value[:, columns] + low)
-                case _:
-                    value[:, columns] = np.where(np.isneginf(low), np.inf, low)
+            # Unbounded distributions pass this check, because their draws are later clipped.
+            value[:, columns] = np.where(np.isneginf(low), np.inf, _CHANGES[change](value[:, columns], low))
         wrong = np.flatnonzero((value < least).any(axis=0))
         if wrong.size:
             column = int(wrong[0])
@@ -194,7 +172,3 @@ class PhysicalParameter(Stateful):
                 f"could become {value[0, column]:.6g}, which is below {bound}; narrow the range.",
             )
         return least
-
-
-def _sample(setting: Setting, width: int, rng: RandomSource, stream: str, mask: Mask | None) -> Floats:
-    return setting.distribution.draw(rng, stream, width, mask)

@@ -14,9 +14,9 @@ from frobs_core.contracts.stateful import Snapshot, Stateful
 from frobs_core.description import Observation
 from frobs_core.sensing.observation import Observations
 from frobs_core.sensing.randomization.delay import ActionDelay
+from frobs_core.sensing.randomization.draw import Draw
 from frobs_core.sensing.randomization.observation import ObservedArrays
 from frobs_core.sensing.randomization.physics import PhysicalParameter
-from frobs_core.sensing.randomization.schedule import Draw
 from frobs_core.sensing.randomization.settings import Settings, physical_parameters
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import SettingError

@@ -11,8 +11,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, StrictBool, model_validator
 
-from frobs_core.sensing.randomization.distribution import Distribution, Shape
-from frobs_core.sensing.randomization.schedule import Schedule, When
+from frobs_core.sensing.randomization.draw import Distribution, Schedule, Shape, When
 
 
 def _plain(value: Any) -> Any:
@@ -159,7 +158,7 @@ class _ActionDelay(_Timed):
 
     def change(self) -> tuple[str, Distribution]:
         low, high = (np.array(float(end)) for end in self.steps)
-        return "set", Distribution(shape=Shape.UNIFORM, low=low, high=high)
+        return "set", Distribution(shape=Shape.UNIFORM, low=low, high=high, whole=True)
 
 
 class _ObservationDelay(_ActionDelay):

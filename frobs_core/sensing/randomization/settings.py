@@ -20,8 +20,7 @@ from typing import Any, cast
 
 from frobs_core import plugins
 from frobs_core.plugins.records import ParameterRecord
-from frobs_core.sensing.randomization.distribution import Distribution
-from frobs_core.sensing.randomization.schedule import Schedule
+from frobs_core.sensing.randomization.draw import Setting
 from frobs_core.util.errors import ConfigFileError, ConfigurationError, SettingError, check_keys
 from frobs_core.util.plain import plain
 from frobs_core.util.validation import validate
@@ -46,31 +45,6 @@ def physical_parameters() -> Mapping[str, str]:
 
 
 _SPECIAL = ("action_delay", "observation_delay", "observation_noise")
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Setting:
-    """One randomized quantity.
-
-    Attributes:
-        parameter: The randomized quantity, such as ``"mass"`` or ``"action_delay"``.
-        place: Location of the setting for error messages, such as ``"randomize.mass"``.
-        stream: Name of the random stream. In a snapshot, the name also identifies the drawn numbers.
-        targets: Name patterns of the targets, or empty for the parameter's default targets.
-        change: ``scale``, ``add`` or ``set``.
-        distribution: Distribution of the drawn numbers. For a delay, these are whole numbers of control steps.
-        schedule: When numbers are drawn.
-        shared: Whether all targets use the same drawn number.
-    """
-
-    parameter: str
-    place: str
-    stream: str
-    targets: tuple[str, ...]
-    change: str
-    distribution: Distribution
-    schedule: Schedule
-    shared: bool = False
 
 
 @dataclass(frozen=True, eq=False)

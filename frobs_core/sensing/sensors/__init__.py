@@ -8,15 +8,10 @@ and reads sensors by name. Users can change the sensors with the environment's k
       bumper: null                      # removes the sensor
       scan: {type: lidar, frame: base_link, rays: 8, range_min: 0.1, range_max: 5.0}    # adds a sensor
 
-The package contains the modules ``sensors``, ``timing``, ``channel``, ``instrument``, ``instruments`` and ``settings``.
+The package contains the modules ``sensors``, ``channel``, ``instrument``, ``instruments`` and ``settings``.
 """
 
 from frobs_core.sensing.sensors.instrument import Instrument, instrument_of, with_contacts
 from frobs_core.sensing.sensors.sensors import Sensors
 
-__all__ = [
-    "Instrument",
-    "Sensors",
-    "instrument_of",
-    "with_contacts",
-]
+__all__ = ["Instrument", "Sensors", "instrument_of", "with_contacts"]

@@ -1,4 +1,4 @@
-"""Converts true values into the readings of an imperfect sensor."""
+"""Converts true values into the readings of an imperfect sensor, at times that are counted in control steps."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ import numpy as np
 from frobs_core.contracts import Snapshot
 from frobs_core.description import Sensor
 from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.errors import SettingError
 from frobs_core.util.random import RandomSource
+
+_CLOSE = 1e-6
 
 
 class Channel:
@@ -15,14 +18,7 @@ class Channel:
 
     Samples are taken at a reset and every ``period`` control steps after the reset. Each sample becomes readable
     ``delay`` steps after it was taken. The first sample of an episode is returned until later samples arrive, as if the
-    robot had been in the same state for a long time.
-
-    Args:
-        stream: Name of the random stream, which must be unique for each sensor.
-        sensor: Description of the sensor.
-        num_envs: ≥ 1.
-        period: Number of control steps between two samples.
-        delay: Number of control steps between taking a sample and reading it.
+    robot had been in the same state for a long time. The name of the random stream is unique for each sensor.
     """
 
     def __init__(self, stream: str, sensor: Sensor, num_envs: int, period: int, delay: int) -> None:
@@ -103,3 +99,44 @@ class Channel:
         """Restore a snapshot."""
         self._newest = len(self._samples) - 1
         self._samples[:] = snapshot["samples"].swapaxes(0, 1)[::-1]
+
+
+def count_period(name: str, sensor: Sensor, control_timestep: float) -> int:
+    """Return the number of control steps from one sensor sample to the next.
+
+    If a sensor takes a whole number of samples during each control step, the period is 1, because only the latest
+    sample is read.
+    """
+    if sensor.rate is None:
+        return 1
+    steps = 1.0 / (sensor.rate * control_timestep)
+    if steps < 1.0 and abs(round(1.0 / steps) * steps - 1.0) < _CLOSE:
+        return 1
+    whole = round(steps)
+    if whole >= 1 and abs(steps - whole) < _CLOSE * whole:
+        return whole
+    if steps > 1.0:
+        rates = [1.0 / (control_timestep * int(steps)), 1.0 / (control_timestep * (int(steps) + 1))]
+    else:
+        rates = [int(1.0 / steps) / control_timestep, (int(1.0 / steps) + 1) / control_timestep]
+    possible = " or ".join(f"{rate:.10g}" for rate in sorted(rates))
+    raise SettingError(
+        f"sensors.{name}",
+        f"a rate of {sensor.rate:g} Hz does not fit the control_timestep of {control_timestep:g} s; "
+        f"use {possible} Hz, as in sensors={{'{name}': {{'rate': {min(rates):.10g}}}}}, "
+        "or change the control_timestep.",
+    )
+
+
+def count_delay(name: str, sensor: Sensor, control_timestep: float) -> int:
+    """Return the number of control steps between taking a sample and reading it."""
+    steps = sensor.delay / control_timestep
+    whole = round(steps)
+    if abs(steps - whole) > _CLOSE * max(whole, 1):
+        near = [f"{count * control_timestep:.10g}" for count in (int(steps), int(steps) + 1)]
+        raise SettingError(
+            f"sensors.{name}",
+            f"a delay of {sensor.delay:g} s is not a multiple of the control_timestep of {control_timestep:g} s; "
+            f"use {' or '.join(near)} s, as in sensors={{'{name}': {{'delay': {near[1]}}}}}.",
+        )
+    return whole

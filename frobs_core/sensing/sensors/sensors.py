@@ -9,9 +9,8 @@ import numpy as np
 
 from frobs_core.contracts import Simulation, Snapshot, Stateful
 from frobs_core.description import ObservationTerm, Sensor
-from frobs_core.sensing.sensors.channel import Channel
+from frobs_core.sensing.sensors.channel import Channel, count_delay, count_period
 from frobs_core.sensing.sensors.instrument import Instrument, instrument_of
-from frobs_core.sensing.sensors.timing import count_delay, count_period
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import check_name
 from frobs_core.util.random import RandomSource
@@ -41,11 +40,7 @@ class Sensors(Stateful):
     """
 
     def __init__(
-        self,
-        simulation: Simulation,
-        control_timestep: float,
-        robot: str = "robot",
-        names: Sequence[str] | None = None,
+        self, simulation: Simulation, control_timestep: float, robot: str = "robot", names: Sequence[str] | None = None
     ) -> None:
         check_name("robot of the simulation", robot, simulation.robots)
         handle = simulation.robots[robot]

@@ -34,7 +34,7 @@ def test_a_resource_of_a_package_is_found(tmp_path, monkeypatch):
         ("arn.urdf", r"the file does not exist\. Did you mean '.*arm\.urdf'"),
         ("nowhere/deep/arm.urdf", "the file does not exist"),
         ("folder.urdf", "is a folder"),
-        ("robot.sdf", r"model files with the suffix '\.sdf' are not supported"),
+        ("robot.sdf", r"files with the suffix '\.sdf' are not supported"),
     ],
 )
 def test_what_is_not_there_is_named(tmp_path, monkeypatch, path, message):
