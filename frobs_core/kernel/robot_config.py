@@ -31,7 +31,7 @@ from frobs_core.util.validation import check_fields, check_mappings, check_type,
 
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 
-RENAMED_KEYWORDS = {"xacro_args": "xacro_args"}
+RENAMED_KEYWORDS = {"robot_args": "xacro_args"}
 """New names of keywords of version 0.2."""
 
 BASES = ("fixed", "floating", "wheeled")

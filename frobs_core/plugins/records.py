@@ -241,20 +241,20 @@ class ParameterRecord(Record):
     Attributes:
         entry_point: Always empty, because the simulator implements the parameter.
         capability: Capability that the simulator must have.
-        capability: Name of ``capability`` in version 0.2.
+        ability: Name of ``capability`` in version 0.2.
     """
 
     kind: ClassVar[str] = "parameter"
 
     entry_point: str = ""
     capability: str = ""
-    capability: str = ""
+    ability: str = ""
 
     def __post_init__(self) -> None:
         """Accept the name of version 0.2."""
-        if self.capability:
-            warn_deprecated("'capability' of ParameterRecord", instead="'capability'", since="0.3", removed_in="0.4")
-            object.__setattr__(self, "capability", self.capability)
+        if self.ability:
+            warn_deprecated("'ability' of ParameterRecord", instead="'capability'", since="0.3", removed_in="0.4")
+            object.__setattr__(self, "capability", self.ability)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,7 @@ import pytest
 
 from frobs_core.deprecation import MOVED, FrobsDeprecationWarning, rename_keywords
 from frobs_core.kernel.config import EnvConfig
-from frobs_core.plugins.records import ParameterRecord
+from frobs_core.plugins.records import CapabilityRecord, ParameterRecord
 
 
 @pytest.fixture(autouse=True)
@@ -34,9 +34,9 @@ def test_a_moved_name_is_the_same_object_and_says_its_place() -> None:
 
 def test_a_renamed_class_is_found_under_its_name_of_0_2() -> None:
     with pytest.warns(FrobsDeprecationWarning, match=r"use frobs_core\.plugins\.records\.CapabilityRecord"):
-        from frobs_core.specs import CapabilityRecord
+        from frobs_core.specs import AbilityRecord
 
-    assert CapabilityRecord is CapabilityRecord
+    assert AbilityRecord is CapabilityRecord
 
 
 def test_names_that_never_existed_are_not_found() -> None:
@@ -48,22 +48,22 @@ def test_names_that_never_existed_are_not_found() -> None:
 
 @pytest.mark.filterwarnings("error")
 def test_a_program_whose_warnings_are_errors_goes_on(caplog: pytest.LogCaptureFixture) -> None:
-    assert rename_keywords({"xacro_args": {"a": "1"}}, {"xacro_args": "xacro_args"}) == {"xacro_args": {"a": "1"}}
+    assert rename_keywords({"robot_args": {"a": "1"}}, {"robot_args": "xacro_args"}) == {"xacro_args": {"a": "1"}}
     assert "use 'xacro_args'" in caplog.text
 
 
 def test_the_keyword_robot_args_is_read() -> None:
-    with pytest.warns(FrobsDeprecationWarning, match="'xacro_args'"):
-        config = EnvConfig.from_dict({"task": "reach", "robot": "irb120", "xacro_args": {"prefix": "a"}})
+    with pytest.warns(FrobsDeprecationWarning, match="'robot_args'"):
+        config = EnvConfig.from_dict({"task": "reach", "robot": "irb120", "robot_args": {"prefix": "a"}})
     assert config.xacro_args == {"prefix": "a"}
-    with pytest.warns(FrobsDeprecationWarning, match="'xacro_args'"):
-        two = EnvConfig(task="t", robots={"left": {"robot": "irb120", "xacro_args": {"a": "1"}}}).robot_configs()
+    with pytest.warns(FrobsDeprecationWarning, match="'robot_args'"):
+        two = EnvConfig(task="t", robots={"left": {"robot": "irb120", "robot_args": {"a": "1"}}}).robot_configs()
     assert two["left"].xacro_args == {"a": "1"}
 
 
 def test_a_parameter_may_name_its_capability_as_in_0_2() -> None:
     with pytest.warns(FrobsDeprecationWarning, match="'capability'"):
-        assert ParameterRecord(name="wind", summary="s", capability="wind").capability == "wind"
+        assert ParameterRecord(name="wind", summary="s", ability="wind").capability == "wind"
 
 
 def test_the_raw_action_has_its_name_of_0_2_too() -> None:
@@ -72,4 +72,4 @@ def test_the_raw_action_has_its_name_of_0_2_too() -> None:
         action = env.action_space.sample()
         env.step(action)
         with pytest.warns(FrobsDeprecationWarning, match=r"use StepContext\.raw_action"):
-            assert np.array_equal(env.step_context.raw_action[0], action)
+            assert np.array_equal(env.step_context.given_action[0], action)
