@@ -184,7 +184,7 @@ def _installed(own: str) -> list[str]:
 def _print(certificate: Certificate, folder: Path) -> None:
     from rich.text import Text
 
-    from frobs_devkit.parity.report import SIGNS, rows
+    from frobs_devkit.parity.certificate_text import SIGNS, rows
 
     print_title(certificate.id, f"compared with {certificate.reference}")
     print_line()

@@ -11,7 +11,7 @@ import numpy as np
 from frobs_core.models import MOVING, Collision, Inertial, Link, Mesh, RobotModel, Visual, inertia_matrix
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ModelFileError
-from frobs_devkit.doctor.report import Finding, LinkFacts, Severity, warning
+from frobs_devkit.doctor.robot_report import Finding, LinkFacts, Severity, warning
 from frobs_models import link_bounds, shape_points
 
 DENSITIES = (1.0, 20_000.0)

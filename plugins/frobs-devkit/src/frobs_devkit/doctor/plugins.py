@@ -10,8 +10,8 @@ from pathlib import PurePath
 
 from frobs_core import __version__, plugins
 from frobs_core.plugins import Candidate, core_versions, is_made_for
-from frobs_devkit.doctor.report import Finding, Severity, warning
 from frobs_devkit.doctor.requirements import has_upper_bound, missing
+from frobs_devkit.doctor.robot_report import Finding, Severity, warning
 from frobs_devkit.probe import Probe, probe
 
 SLOW = 0.5

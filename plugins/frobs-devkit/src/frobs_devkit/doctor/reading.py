@@ -11,7 +11,7 @@ import numpy as np
 
 from frobs_core.models import RobotModel
 from frobs_core.util.errors import ModelFileError
-from frobs_devkit.doctor.report import Difference, Finding, Severity
+from frobs_devkit.doctor.robot_report import Difference, Finding, Severity
 from frobs_models import Element, Packages, open_document, read_document
 
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")

@@ -15,7 +15,7 @@ from frobs_core.description import Overlap, Placement, Robot, Scene
 from frobs_core.models import RobotModel
 from frobs_core.util.errors import FrobsError
 from frobs_core.util.install_hints import local_install_hint
-from frobs_devkit.doctor.report import Finding, Severity, SimulatorFacts, TranslatedElement, warning
+from frobs_devkit.doctor.robot_report import Finding, Severity, SimulatorFacts, TranslatedElement, warning
 from frobs_models import elements
 
 _DEEP = 1e-4  # [m] smaller overlaps between links are not reported

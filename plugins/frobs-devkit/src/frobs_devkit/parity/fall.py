@@ -10,7 +10,7 @@ from frobs_core.util.arrays import Floats
 from frobs_devkit.parity.free_bodies import Bounded, compare_bodies, compare_values, draw_curves
 from frobs_devkit.parity.result import Comparison, Measurement, Panel
 from frobs_devkit.parity.settling import DURATION, Fall, settle, watch_fall
-from frobs_devkit.parity.subject import Subject
+from frobs_devkit.parity.under_test import Subject
 
 _QUANTITIES = {"bounce_height": "bounce height", "rest_time": "time to rest", "rest_height": "rest height"}
 _SUMMARY = (

@@ -14,7 +14,7 @@ from frobs_core.models import Pose
 from frobs_core.util.arrays import Floats
 from frobs_core.util.rotations import quat_from_matrix, quat_rotate
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
-from frobs_devkit.parity.subject import Subject
+from frobs_devkit.parity.under_test import Subject
 from frobs_models import shape_points
 
 AWAY = 5.0

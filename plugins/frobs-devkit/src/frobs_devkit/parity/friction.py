@@ -12,7 +12,7 @@ from frobs_core.models import Box, Pose, Sphere
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import SceneError
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
-from frobs_devkit.parity.subject import Subject
+from frobs_devkit.parity.under_test import Subject
 
 _AWAY = 5.0  # [m] distance from the robot, larger than the robot's reach
 _DURATION = 2.0  # [s]

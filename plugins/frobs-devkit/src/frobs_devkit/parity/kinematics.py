@@ -10,8 +10,8 @@ from frobs_core.contracts import RobotHandle
 from frobs_core.util.arrays import Floats
 from frobs_core.util.rotations import quat_difference, quat_multiply, quat_rotate
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip, worst
-from frobs_devkit.parity.subject import Subject
 from frobs_devkit.parity.tolerances import TOLERANCES
+from frobs_devkit.parity.under_test import Subject
 
 POSES = 20
 FILE = "model file"

@@ -13,8 +13,8 @@ from frobs_core.models import Box, Capsule, Cylinder, Pose, Sphere
 from frobs_core.plugins.records import Level
 from frobs_core.util.arrays import Floats
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
-from frobs_devkit.parity.subject import Subject
 from frobs_devkit.parity.tolerances import TOLERANCES
+from frobs_devkit.parity.under_test import Subject
 
 _HEIGHT = 0.3  # [m] height of the rays above the robot's root link
 _RAYS = 180

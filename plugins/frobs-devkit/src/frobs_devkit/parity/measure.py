@@ -31,7 +31,7 @@ from frobs_devkit.parity.settling import settling
 from frobs_devkit.parity.sliding import sliding
 from frobs_devkit.parity.slip import slip
 from frobs_devkit.parity.step_response import saturated_step_response, step_response
-from frobs_devkit.parity.subject import Subject, make_subjects
+from frobs_devkit.parity.under_test import Subject, make_subjects
 from frobs_train import Run, versions
 
 _log = logging.getLogger(__name__)

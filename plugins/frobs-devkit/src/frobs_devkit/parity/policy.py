@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from frobs_core.plugins.records import Level
 from frobs_devkit.parity.result import Comparison, Measurement, Panel, judge, skip
-from frobs_devkit.parity.subject import Subject
+from frobs_devkit.parity.under_test import Subject
 from frobs_train import Evaluation, PolicyRun, Run, evaluate
 
 EPISODES = 200

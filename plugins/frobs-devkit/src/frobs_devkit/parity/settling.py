@@ -14,7 +14,7 @@ from frobs_core.models import Box, Pose
 from frobs_core.util.arrays import Floats
 from frobs_core.util.rotations import quat_rotate
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge
-from frobs_devkit.parity.subject import Subject
+from frobs_devkit.parity.under_test import Subject
 
 EDGE = 0.1
 """Edge length of the box [m]."""

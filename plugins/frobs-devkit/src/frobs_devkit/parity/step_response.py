@@ -21,8 +21,8 @@ from frobs_devkit.parity.motion import (
     worst_joint,
 )
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip, worst
-from frobs_devkit.parity.subject import Subject, follows_exactly
 from frobs_devkit.parity.tolerances import TOLERANCES
+from frobs_devkit.parity.under_test import Subject, follows_exactly
 
 DURATION = 2.0
 """Duration for which each response is compared [s]."""

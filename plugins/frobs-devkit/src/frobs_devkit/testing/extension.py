@@ -21,7 +21,7 @@ from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, NotAp
 from frobs_devkit.testing.policy import check_policy
 from frobs_devkit.testing.robot.sensors import expect_sound
 from frobs_devkit.testing.simulator.robots import ROVER
-from frobs_devkit.testing.simulator.subject import TIMESTEP, SimulatorUnderTest
+from frobs_devkit.testing.simulator.under_test import TIMESTEP, SimulatorUnderTest
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ import ast
 from collections.abc import Mapping
 from typing import Any
 
+from frobs_rl_compat.migrate.migration import Migration
 from frobs_rl_compat.migrate.package import OldPackage
-from frobs_rl_compat.migrate.report import Migration
 from frobs_rl_compat.migrate.robot import RobotSource
 from frobs_rl_compat.migrate.yaml_files import LEGACY_IDS
 

@@ -17,9 +17,9 @@ from frobs_rl_compat.migrate.advice import note_the_task, note_what_is_left
 from frobs_rl_compat.migrate.comments import todo
 from frobs_rl_compat.migrate.example_files import write_example
 from frobs_rl_compat.migrate.examples import find_example
+from frobs_rl_compat.migrate.migration import Migration
 from frobs_rl_compat.migrate.original import write_original
 from frobs_rl_compat.migrate.package import OldPackage, read_package
-from frobs_rl_compat.migrate.report import Migration
 from frobs_rl_compat.migrate.robot import RobotSource, find_robot
 from frobs_rl_compat.migrate.task import edit_task
 from frobs_rl_compat.migrate.yaml_files import literal, run_configuration

@@ -12,7 +12,7 @@ from frobs_core.util.errors import ConfigurationError, TargetExistsError
 from frobs_core.util.plain import plain, to_json
 from frobs_core.util.yaml import dump_yaml, load_yaml
 from frobs_rl_compat.migrate.errors import MigrationError
-from frobs_rl_compat.migrate.report import Migration
+from frobs_rl_compat.migrate.migration import Migration
 from frobs_rl_compat.training import ROOT, algorithms_in, translate
 
 LEGACY_IDS = {

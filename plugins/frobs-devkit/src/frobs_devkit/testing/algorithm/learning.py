@@ -14,7 +14,7 @@ import numpy as np
 from frobs_core.contracts import Algorithm
 from frobs_core.util.errors import FrobsError, UnknownParameterError
 from frobs_core.util.plain import is_plain
-from frobs_devkit.testing.algorithm.subject import DISCOUNT, AlgorithmUnderTest, Monitor
+from frobs_devkit.testing.algorithm.under_test import DISCOUNT, AlgorithmUnderTest, Monitor
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect, expect_raises
 from frobs_devkit.testing.compare import difference, expect_same
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from frobs_core.util.errors import CheckpointError, UntrustedFileError
-from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest
+from frobs_devkit.testing.algorithm.under_test import AlgorithmUnderTest
 from frobs_devkit.testing.checks import expect, expect_raises
 from frobs_devkit.testing.compare import expect_same
 

@@ -15,7 +15,7 @@ from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.testing.checks import NotApplicable, expect, expect_keyword_only
 from frobs_devkit.testing.compare import expect_close, expect_rows, expect_same
-from frobs_devkit.testing.controller.subject import NUM_ENVS, Bound, ControllerUnderTest
+from frobs_devkit.testing.controller.under_test import NUM_ENVS, Bound, ControllerUnderTest
 
 
 def keywords_are_keyword_only(subject: ControllerUnderTest) -> None:

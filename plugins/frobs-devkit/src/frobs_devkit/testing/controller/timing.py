@@ -14,7 +14,7 @@ from frobs_core.util.errors import ConfigurationError, FrobsError, UnknownNameEr
 from frobs_core.util.keywords import constructor_parameters
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close
-from frobs_devkit.testing.controller.subject import EARTH, NUM_ENVS, Bound, ControllerUnderTest, has_zero
+from frobs_devkit.testing.controller.under_test import EARTH, NUM_ENVS, Bound, ControllerUnderTest, has_zero
 
 _APART = 0.05  # [rad or m] distance of the joints from where a controller expects them
 _SHARE = 0.3  # tolerated difference between two divisions of the same time into steps

@@ -14,7 +14,7 @@ from frobs_core.plugins.records import Level, SimulatorRecord
 from frobs_core.sensing.randomization import find_units, physical_parameters
 from frobs_devkit.testing.checks import NotApplicable, after
 from frobs_devkit.testing.environment import seeding, state, vector
-from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, require_ours
+from frobs_devkit.testing.environment.under_test import EnvUnderTest, inside, require_ours
 
 _PHYSICS: Mapping[str, Mapping[str, Any]] = {
     "mass": {"target": "*", "scale": [0.8, 1.2]},

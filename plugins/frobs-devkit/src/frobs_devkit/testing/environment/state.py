@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode
 from frobs_devkit.testing.checks import after
 from frobs_devkit.testing.compare import expect_rows, expect_same
 from frobs_devkit.testing.environment.rollout import draw_actions
-from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, require_ours
+from frobs_devkit.testing.environment.under_test import EnvUnderTest, inside, require_ours
 
 _NUM_ENVS = 3
 

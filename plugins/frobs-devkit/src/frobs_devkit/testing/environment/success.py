@@ -20,7 +20,7 @@ from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicabl
 from frobs_devkit.testing.compare import batch_of_one
 from frobs_devkit.testing.environment.episodes import PATH, RANDOM_STEPS, begin_with_goal, longest_path, random_steps
 from frobs_devkit.testing.environment.rollout import draw_actions
-from frobs_devkit.testing.environment.subject import (
+from frobs_devkit.testing.environment.under_test import (
     EnvUnderTest,
     achieved_goal,
     inside,

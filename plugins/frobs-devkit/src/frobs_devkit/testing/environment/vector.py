@@ -14,7 +14,7 @@ from gymnasium.vector import AutoresetMode
 from frobs_devkit.testing.checks import Inconclusive, after, expect
 from frobs_devkit.testing.compare import expect_same, row
 from frobs_devkit.testing.environment.rollout import Transition, advance, draw_actions, expect_same_transition
-from frobs_devkit.testing.environment.subject import EnvUnderTest, require_ours
+from frobs_devkit.testing.environment.under_test import EnvUnderTest, require_ours
 
 NUM_ENVS = 7
 STEPS = 300

@@ -27,10 +27,10 @@ from frobs_core.util.arrays import Floats
 from frobs_core.util.rotations import quat_rotate
 from frobs_devkit.doctor.bodies import body_findings
 from frobs_devkit.doctor.joints import gravity_efforts, joint_facts, joint_findings
-from frobs_devkit.doctor.report import Finding, Severity
+from frobs_devkit.doctor.robot_report import Finding, Severity
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close
-from frobs_devkit.testing.robot.subject import RobotUnderTest
+from frobs_devkit.testing.robot.under_test import RobotUnderTest
 from frobs_devkit.testing.simulator.robots import ARM, model_of
 from frobs_models import link_bounds
 

@@ -17,7 +17,7 @@ from frobs_core.util.rotations import matrix_from_quat, quat_conjugate, quat_mul
 from frobs_devkit.testing.checks import NotApplicable, after, expect, expect_raises
 from frobs_devkit.testing.compare import expect_close, expect_same_pose
 from frobs_devkit.testing.simulator.robots import LIFT
-from frobs_devkit.testing.simulator.subject import BALL, BAR, TILTED, TIMESTEP, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.under_test import BALL, BAR, TILTED, TIMESTEP, SimulatorUnderTest, verifies
 from frobs_models import MeshPart, write_stl
 
 _WEIGHTLESS = (0.0, 0.0, 0.0)

@@ -14,7 +14,7 @@ from frobs_core.models import Box, JointType, Pose
 from frobs_devkit.testing.checks import NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import PILE, ROVER, model_of
-from frobs_devkit.testing.simulator.subject import BALL, WEIGHTLESS, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.under_test import BALL, WEIGHTLESS, SimulatorUnderTest, verifies
 
 _KERB = Body(geometry=Box((0.2, 0.02, 0.2)), pose=Pose(pos=(0.0, 0.129, 0.1)))  # overlaps the left wheel by 1 mm
 _FALL = 60  # physics steps in which a ball falls by 1 cm and bounces

@@ -19,7 +19,7 @@ from frobs_devkit.testing.checks import NotApplicable, expect, expect_raises
 from frobs_devkit.testing.compare import expect_array, expect_close, expect_rows, expect_same
 from frobs_devkit.testing.simulator.robots import ARM, LIFT, model_of
 from frobs_devkit.testing.simulator.state import FLOATING
-from frobs_devkit.testing.simulator.subject import BALL, TIMESTEP, WALL, SimulatorUnderTest, spread, verifies
+from frobs_devkit.testing.simulator.under_test import BALL, TIMESTEP, WALL, SimulatorUnderTest, spread, verifies
 
 
 def capabilities_are_known(subject: SimulatorUnderTest) -> None:

@@ -17,7 +17,7 @@ from frobs_core.util.rotations import matrix_from_quat, quat_from_axis_angle, qu
 from frobs_devkit.testing.checks import NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close, expect_same_pose
 from frobs_devkit.testing.simulator.robots import LIFT, LIFT_INERTIA, model_of
-from frobs_devkit.testing.simulator.subject import BALL, TILTED, TIMESTEP, WEIGHTLESS, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.under_test import BALL, TILTED, TIMESTEP, WEIGHTLESS, SimulatorUnderTest, verifies
 
 _GRAVITY = (1.0, -2.0, -5.0)  # [m/s²] differs in direction and size from the usual gravity
 _TWIST = (0.3, -0.2, 0.1), (1.0, 2.0, -3.0)

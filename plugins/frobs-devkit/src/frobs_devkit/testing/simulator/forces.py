@@ -14,7 +14,7 @@ from frobs_core.util.rotations import quat_conjugate, quat_rotate
 from frobs_devkit.testing.checks import NotApplicable, after, expect, expect_raises
 from frobs_devkit.testing.compare import expect_array, expect_close
 from frobs_devkit.testing.simulator.robots import ARM
-from frobs_devkit.testing.simulator.subject import BALL, TILTED, TIMESTEP, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.under_test import BALL, TILTED, TIMESTEP, SimulatorUnderTest, verifies
 
 _BEYOND = {"elbow": ("fore", "tool"), "wrist": ("tool",)}
 """Links that each sensor carries."""

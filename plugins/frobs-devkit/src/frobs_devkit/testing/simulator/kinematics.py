@@ -11,7 +11,7 @@ from frobs_core.util.rotations import quat_conjugate, quat_multiply
 from frobs_devkit.testing.checks import Inconclusive, expect, expect_raises
 from frobs_devkit.testing.compare import expect_close, expect_same, expect_same_pose, placed
 from frobs_devkit.testing.simulator.robots import ARM
-from frobs_devkit.testing.simulator.subject import TILTED, SimulatorUnderTest, spread, verifies
+from frobs_devkit.testing.simulator.under_test import TILTED, SimulatorUnderTest, spread, verifies
 
 _TOLERANCE = 1e-8
 

@@ -14,7 +14,7 @@ from frobs_core.util.errors import ConfigurationError, UnknownNameError
 from frobs_devkit.testing.checks import after, expect, expect_raises
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import GRIPPER, LIFT, LIFT_INERTIA
-from frobs_devkit.testing.simulator.subject import BALL, TIMESTEP, WEIGHTLESS, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.under_test import BALL, TIMESTEP, WEIGHTLESS, SimulatorUnderTest, verifies
 
 assert isinstance(BALL.geometry, Sphere)
 _RADIUS = BALL.geometry.radius

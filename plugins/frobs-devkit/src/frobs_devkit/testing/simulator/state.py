@@ -11,7 +11,7 @@ from frobs_core.util.errors import SimulationError
 from frobs_devkit.testing.checks import expect_raises
 from frobs_devkit.testing.compare import expect_close, expect_same
 from frobs_devkit.testing.simulator.robots import ARM
-from frobs_devkit.testing.simulator.subject import (
+from frobs_devkit.testing.simulator.under_test import (
     BALL,
     TILTED,
     TIMESTEP,

@@ -14,7 +14,7 @@ from frobs_core.util.errors import ConfigurationError, RenderingUnavailableError
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect, expect_raises
 from frobs_devkit.testing.compare import expect_array, expect_close
 from frobs_devkit.testing.simulator.robots import LIFT, ROVER
-from frobs_devkit.testing.simulator.subject import (
+from frobs_devkit.testing.simulator.under_test import (
     BALL,
     BAR,
     TILTED,

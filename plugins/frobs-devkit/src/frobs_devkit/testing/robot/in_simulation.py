@@ -13,7 +13,7 @@ from frobs_core.util.arrays import Floats
 from frobs_core.util.rotations import quat_rotate
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.compare import expect_close, expect_same_pose, placed
-from frobs_devkit.testing.robot.subject import TIMESTEP, RobotUnderTest
+from frobs_devkit.testing.robot.under_test import TIMESTEP, RobotUnderTest
 
 _SLIP, _SLIP_TURNING = (
     0.2,

@@ -13,7 +13,7 @@ from gymnasium.vector import AutoresetMode
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.compare import difference
 from frobs_devkit.testing.environment.rollout import draw_actions
-from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, is_ours, require_ours
+from frobs_devkit.testing.environment.under_test import EnvUnderTest, inside, is_ours, require_ours
 
 _LONGEST = 1_000
 _FOREIGN = ("is_success", "episode", "final_obs", "final_info", "TimeLimit.truncated", "time_limit_reached")

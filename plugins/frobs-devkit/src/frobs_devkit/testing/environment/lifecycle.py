@@ -14,7 +14,7 @@ from frobs_core.util.errors import FrobsError, InvalidActionError, ResetNeededEr
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect, expect_raises
 from frobs_devkit.testing.compare import difference, expect_close, expect_same, row
 from frobs_devkit.testing.environment.rollout import draw_actions
-from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, observes_truly, require_ours
+from frobs_devkit.testing.environment.under_test import EnvUnderTest, inside, observes_truly, require_ours
 
 _LONGEST = 400
 

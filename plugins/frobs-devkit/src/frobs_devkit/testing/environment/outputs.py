@@ -15,7 +15,7 @@ from frobs_core.description import VECTORS
 from frobs_devkit.testing.checks import CheckFailure, expect
 from frobs_devkit.testing.compare import expect_array, expect_same, leaves
 from frobs_devkit.testing.environment.rollout import draw_actions
-from frobs_devkit.testing.environment.subject import EnvUnderTest
+from frobs_devkit.testing.environment.under_test import EnvUnderTest
 
 _STEPS = 150
 _SEEDS = range(20)

@@ -10,8 +10,8 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_devkit.testing.algorithm.aiming import aiming, choosing
-from frobs_devkit.testing.algorithm.subject import DISCOUNT, AlgorithmUnderTest, Monitor
+from frobs_devkit.testing.algorithm.baseline_task import aiming, choosing
+from frobs_devkit.testing.algorithm.under_test import DISCOUNT, AlgorithmUnderTest, Monitor
 from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, after, expect
 
 _OTHER = 0.5  # a discount that no algorithm uses by default

@@ -15,7 +15,7 @@ import numpy as np
 
 from frobs_core.contracts import Algorithm
 from frobs_core.util.errors import ConfigurationError
-from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest, Monitor, Watched
+from frobs_devkit.testing.algorithm.under_test import AlgorithmUnderTest, Monitor, Watched
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import difference, expect_close, expect_same
 

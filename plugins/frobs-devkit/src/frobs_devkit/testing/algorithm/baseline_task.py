@@ -10,7 +10,7 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.envs.registration import EnvSpec
 
-from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest
+from frobs_devkit.testing.algorithm.under_test import AlgorithmUnderTest
 from frobs_devkit.testing.checks import NotApplicable, expect
 
 _WORSE = 0.2  # tolerated decrease of the mean reward (about −0.5 before training, 0 for the best policy)

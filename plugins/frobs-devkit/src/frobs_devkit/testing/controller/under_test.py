@@ -20,7 +20,7 @@ from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.testing.checks import Inconclusive
 from frobs_devkit.testing.environment.rollout import draw_actions
 from frobs_devkit.testing.simulator.robots import ARM, ROVER, model_of
-from frobs_devkit.testing.simulator.subject import WEIGHTLESS
+from frobs_devkit.testing.simulator.under_test import WEIGHTLESS
 
 NUM_ENVS = 3
 

@@ -11,7 +11,7 @@ from frobs_core.util.arrays import Floats
 from frobs_devkit.testing.checks import NotApplicable, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.environment.rollout import draw_actions
-from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, require_ours
+from frobs_devkit.testing.environment.under_test import EnvUnderTest, inside, require_ours
 
 
 def actions_move_their_joints(subject: EnvUnderTest) -> None:

@@ -11,7 +11,7 @@ from frobs_core.util.arrays import Floats
 from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close, expect_same
 from frobs_devkit.testing.simulator.robots import LIFT
-from frobs_devkit.testing.simulator.subject import (
+from frobs_devkit.testing.simulator.under_test import (
     TIMESTEP,
     SimulatorUnderTest,
     expect_state,

@@ -12,7 +12,7 @@ from frobs_core.util.errors import CapabilityError, RenderingUnavailableError
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_array
 from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play
-from frobs_devkit.testing.environment.subject import EnvUnderTest, is_ours
+from frobs_devkit.testing.environment.under_test import EnvUnderTest, is_ours
 
 _SIZE = (96, 128)
 

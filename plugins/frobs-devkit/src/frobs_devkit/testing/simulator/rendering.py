@@ -13,7 +13,7 @@ from frobs_core.util.arrays import Mask
 from frobs_core.util.errors import RenderingUnavailableError
 from frobs_devkit.testing.checks import Inconclusive, after, expect
 from frobs_devkit.testing.compare import expect_array, expect_close
-from frobs_devkit.testing.simulator.subject import WALL, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.under_test import WALL, SimulatorUnderTest, verifies
 
 _RED = Body(geometry=Box((0.1, 0.2, 0.2)), pose=Pose(pos=(1.5, 0.5, 1.4)), rgba=(1.0, 0.0, 0.0, 1.0), kinematic=True)
 _CAMERA = Camera(pos=(0.0, 0.0, 1.0), target=(1.0, 0.0, 1.0))
