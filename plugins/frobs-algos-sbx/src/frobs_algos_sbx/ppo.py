@@ -170,10 +170,10 @@ def update(
         return actor, critic, going, jax.tree_util.tree_map(jnp.add, sums, found)
 
     def epoch(carry: Any, rows: jax.Array) -> tuple[Any, None]:
-        whole = len(rows) // batch_size
-        carry, _ = jax.lax.scan(step, carry, rows[: whole * batch_size].reshape(whole, batch_size))
-        if whole * batch_size < len(rows):
-            carry, _ = step(carry, rows[whole * batch_size :])
+        full_batches = len(rows) // batch_size
+        carry, _ = jax.lax.scan(step, carry, rows[: full_batches * batch_size].reshape(full_batches, batch_size))
+        if full_batches * batch_size < len(rows):
+            carry, _ = step(carry, rows[full_batches * batch_size :])
         return carry, None
 
     start = (actor, critic, jnp.bool_(True), Sums(*[jnp.float32(0.0)] * len(Sums._fields)))

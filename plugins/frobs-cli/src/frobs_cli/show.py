@@ -121,30 +121,30 @@ def _meanings(name: str) -> Iterator[Callable[[], Facts]]:
     prefix, _, rest = name.partition(":")
     others = {it.kind: it for it in providers() if it.kind}
     kind = prefix if prefix in (*KINDS, catalogue.ENVIRONMENT, *catalogue.EXTENSIONS, *others) else None
-    wanted = rest if kind else name
+    requested = rest if kind else name
     found = False
     for candidate in KINDS if kind is None else [kind] if kind in KINDS else []:
         records = plugins.records(candidate)
-        offered_twice = any(known.endswith(f":{wanted}") for known in records)
-        if wanted in records or offered_twice or kind:
+        offered_twice = any(known.endswith(f":{requested}") for known in records)
+        if requested in records or offered_twice or kind:
             found = True
-            record = plugins.get_record(candidate, wanted)
+            record = plugins.get_record(candidate, requested)
             yield lambda candidate=candidate, record=record: describe_record(candidate, record)  # type: ignore[misc]
-    if kind in (None, catalogue.ENVIRONMENT) and (kind or _is_id(wanted)):
+    if kind in (None, catalogue.ENVIRONMENT) and (kind or _is_id(requested)):
         found = True
-        spec = registry.find_spec(wanted)
+        spec = registry.find_spec(requested)
         yield lambda: describe_environment(spec)
     for other, provider in others.items():
-        if kind in (None, other) and (kind or provider.describes(wanted)):
+        if kind in (None, other) and (kind or provider.describes(requested)):
             found = True
-            yield lambda provider=provider: {**provider.describe(wanted)}  # type: ignore[misc]
+            yield lambda provider=provider: {**provider.describe(requested)}  # type: ignore[misc]
     for other in [] if found else catalogue.EXTENSIONS:
         extensions = {item.name: item for item in catalogue.listed(other)} if kind in (None, other) else {}
-        if wanted in extensions:
+        if requested in extensions:
             found = True
-            yield lambda other=other, item=extensions[wanted]: describe_extension(other, item)  # type: ignore[misc]
+            yield lambda other=other, item=extensions[requested]: describe_extension(other, item)  # type: ignore[misc]
         elif kind == other:
-            raise UnknownNameError(other.replace("_", " "), wanted, extensions, catalogue.problems())
+            raise UnknownNameError(other.replace("_", " "), requested, extensions, catalogue.problems())
     if not found:
         names = {known for kind in KINDS for known in plugins.records(kind)} | set(registry.environments())
         hints = (plugins.active().install_hint(kind, name) for kind in (*KINDS, "environment"))

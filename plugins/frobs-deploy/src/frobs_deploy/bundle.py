@@ -139,9 +139,9 @@ def _members(path: Path, data: bytes) -> dict[str, bytes]:
             infos = archive.infolist()
             names = [info.filename for info in infos]
             if sorted(names) != sorted(_LARGEST):
-                wanted = ", ".join(_LARGEST)
+                expected = ", ".join(_LARGEST)
                 raise BundleError(
-                    path, f"the file is not a policy bundle: it contains {_shown(names)}; expected {wanted}."
+                    path, f"the file is not a policy bundle: it contains {_shown(names)}; expected {expected}."
                 )
             for info in infos:
                 if info.compress_type != zipfile.ZIP_STORED or info.file_size != info.compress_size:

@@ -209,10 +209,10 @@ class GazeboSimulation(Simulation):
         self.command_rows.clear()
 
     def _gains(self, env: int) -> bytes:
-        whole = np.zeros((self.layout.joint_count, 5))
+        gains = np.zeros((self.layout.joint_count, 5))
         for name, robot in self.robots.items():
-            robot.fill_gains(env, whole[self.layout.joints[name]])
-        return protocol.numbers(whole)
+            robot.fill_gains(env, gains[self.layout.joints[name]])
+        return protocol.numbers(gains)
 
     def _take(self, env: int, answer: bytes, *, stepped: bool = False) -> bool:
         """Store the state in a server's answer, and return whether the state is valid.

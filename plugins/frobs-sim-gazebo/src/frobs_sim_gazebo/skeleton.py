@@ -171,17 +171,17 @@ class Skeleton:
     def jacobian(self, link: str, pos: Floats, turn: Floats, axes: Floats) -> Floats:
         """Return the world Jacobian of a link's origin, (n, 6, dof), with linear rows 0–2 and angular rows 3–5."""
         body, at, _ = self.on_body(link, pos, turn)
-        whole = np.zeros((len(pos), 6, len(self.joints)))
+        jacobian = np.zeros((len(pos), 6, len(self.joints)))
         while body > 0:
             j = body - 1
             leader, share = self.leaders[j], self.multipliers[j]
             if self._slides[j]:
-                whole[:, :3, leader] += share * axes[:, j]
+                jacobian[:, :3, leader] += share * axes[:, j]
             else:
-                whole[:, :3, leader] += share * np.cross(axes[:, j], at - pos[:, body])
-                whole[:, 3:, leader] += share * axes[:, j]
+                jacobian[:, :3, leader] += share * np.cross(axes[:, j], at - pos[:, body])
+                jacobian[:, 3:, leader] += share * axes[:, j]
             body = self.parents[j]
-        return whole[:, :, self.actuated]
+        return jacobian[:, :, self.actuated]
 
     def masses(self, changed: Mapping[str, float] | None = None) -> list[Mass]:
         """Return the mass properties of each body, which are 0 for a body without mass.

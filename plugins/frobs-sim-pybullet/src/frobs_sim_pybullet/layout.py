@@ -61,16 +61,16 @@ def arrays(fields: Layout, num_envs: int, buffer: Any) -> Arrays:
     """Return the arrays as views of a buffer."""
     views, offset = {}, 0
     for name, (shape, dtype) in fields.items():
-        whole = (num_envs, *shape)
-        view = np.frombuffer(buffer, dtype, math.prod(whole), offset) if math.prod(whole) else np.zeros(0, dtype)
-        views[name] = view.reshape(whole)
+        size = (num_envs, *shape)
+        view = np.frombuffer(buffer, dtype, math.prod(size), offset) if math.prod(size) else np.zeros(0, dtype)
+        views[name] = view.reshape(size)
         offset += _size(shape, num_envs)
     return views
 
 
-def row(whole: Arrays, env: int) -> Arrays:
+def row(batch: Arrays, env: int) -> Arrays:
     """Return a view of one environment's row in each array."""
-    return {name: array[env, ...] for name, array in whole.items()}
+    return {name: array[env, ...] for name, array in batch.items()}
 
 
 def state_names(names: Iterable[str]) -> list[str]:

@@ -90,7 +90,7 @@ def examine_plugins(
         on_probe: Function that is called with ``distribution:name`` after each plugin has been imported.
     """
     collection = plugins.active()
-    wanted = [candidate for candidate in collection.candidates() if _is_meant(candidate, only)]
+    candidates = [candidate for candidate in collection.candidates() if _is_meant(candidate, only)]
 
     def look(candidate: Candidate) -> Probe:
         found = probe(candidate, seconds)
@@ -99,8 +99,8 @@ def examine_plugins(
         return found
 
     with ThreadPoolExecutor(max(1, (os.cpu_count() or 2) // 2)) as pool:  # each thread waits for its process
-        probes = list(pool.map(look, wanted))
-    offers = _offers(wanted, probes)
+        probes = list(pool.map(look, candidates))
+    offers = _offers(candidates, probes)
     disabled = collection.disabled()
     return tuple(
         PluginFacts(
@@ -121,7 +121,7 @@ def examine_plugins(
             changed=seen.changed,
             findings=tuple(_findings(candidate, seen, offers)),
         )
-        for candidate, seen in zip(wanted, probes, strict=True)
+        for candidate, seen in zip(candidates, probes, strict=True)
     )
 
 

@@ -116,10 +116,10 @@ def check_actions(file: ActionFile, env: RobotEnv, id: str, controller: str, whe
         )
     if file.seed < 0:
         raise ActionFileError(where, f"the seed must be at least 0, but it is {file.seed}.")
-    wanted = space.shape or ()
-    if actions.ndim != 1 + len(wanted) or actions.shape[1:] != wanted or not len(actions):
+    action_shape = space.shape or ()
+    if actions.ndim != 1 + len(action_shape) or actions.shape[1:] != action_shape or not len(actions):
         raise ActionFileError(
-            where, f"the actions have the shape {actions.shape}, but '{id}' requires {('steps', *wanted)}."
+            where, f"the actions have the shape {actions.shape}, but '{id}' requires {('steps', *action_shape)}."
         )
     if isinstance(space, gym.spaces.Box):
         if not np.isfinite(actions).all():

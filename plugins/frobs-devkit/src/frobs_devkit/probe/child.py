@@ -74,10 +74,10 @@ def main(module: str, key: str, findings: Path, seconds: float) -> None:
         elif importing and event in _OPENS:
             acts.append(f"it opens {_OPENS[event]}")
 
-    told: list[dict[str, str]] = []
+    caught: list[dict[str, str]] = []
     warnings.filterwarnings("always", category=DeprecationWarning)
     warnings.filterwarnings("always", category=FutureWarning)
-    warnings.showwarning = lambda message, category, filename, line, *_: told.append(
+    warnings.showwarning = lambda message, category, filename, line, *_: caught.append(
         {"category": category.__name__, "message": str(message), "file": filename, "line": str(line)}
     )
     seen, before = set(sys.modules), state()
@@ -105,7 +105,7 @@ def main(module: str, key: str, findings: Path, seconds: float) -> None:
     after = state()
     found["changed"] = sorted({*acts, *(name for name in before if before[name] != after[name])})
     found["modules"] = sorted({name.partition(".")[0] for name in set(sys.modules) - seen})
-    found["warnings"] = told
+    found["warnings"] = caught
     torch = sys.modules.get("torch")
     found["torch_threads"] = getattr(torch, "get_num_threads", int)()
     findings.write_text(json.dumps(found, allow_nan=False))

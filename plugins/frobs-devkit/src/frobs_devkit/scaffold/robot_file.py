@@ -123,10 +123,10 @@ def facts_of(
     failures = {result.name: result.message for result in checks.failed}
     is_fatal = not failures.keys().isdisjoint(_FATAL)
     if is_fatal or (failures and failing_checks == "reject"):
-        told = " ".join(f"{check}: {' '.join(message.split())}" for check, message in failures.items())
+        reasons = " ".join(f"{check}: {' '.join(message.split())}" for check, message in failures.items())
         way_out = "" if is_fatal else ", or accept the failures with --failing-checks expect"
         raise AnswerError(
-            f"{robot_file}: the robot fails conformance checks. {told} Follow the advice of 'frobs doctor robot' to fix the file{way_out}."
+            f"{robot_file}: the robot fails conformance checks. {reasons} Follow the advice of 'frobs doctor robot' to fix the file{way_out}."
         )
     warnings = [f"- {f.about}: {f.problem}; {f.advice}" for f in found.findings if f.severity is Severity.WARNING]
     report = f"Taken from `{Path(robot_file).name}`: {found.dof} joints, {found.mass:.3g} kg, tool `{tool}`."

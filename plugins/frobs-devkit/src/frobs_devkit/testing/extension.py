@@ -146,13 +146,13 @@ def values_are_kept(subject: ExtensionUnderTest) -> None:
                     f"'{name}' of '{target}' has the shape {before.shape}, not ({sim.num_envs},).",
                 )
                 mask = np.arange(sim.num_envs) == 0
-                wanted = np.where(mask, np.where(before == 0.0, 0.01, 1.1 * before), before)
-                sim.write_parameter(name, target, wanted[mask], mask)
-                found = sim.parameter(name, target)
+                expected = np.where(mask, np.where(before == 0.0, 0.01, 1.1 * before), before)
+                sim.write_parameter(name, target, expected[mask], mask)
+                actual = sim.parameter(name, target)
                 expect(
-                    np.allclose(found, wanted),
-                    f"'{name}' of '{target}' is {found.tolist()} after writing {wanted[mask].tolist()} in the first "
-                    f"environment; expected {wanted.tolist()}.",
+                    np.allclose(actual, expected),
+                    f"'{name}' of '{target}' is {actual.tolist()} after writing {expected[mask].tolist()} in the first "
+                    f"environment; expected {expected.tolist()}.",
                 )
 
 

@@ -181,8 +181,8 @@ def _lidars_text(lidars: Mapping[str, Lidar]) -> str:
                   if getattr(lidar, each.name) != each.default}  # fmt: skip
         shown = "".join(f"            {key}={literal(value)},\n" for key, value in values.items())
         rows += f'        "{name}": Lidar(\n{shown}        ),\n'
-    told = "    # tasks read these sensors with frobs_core.sensing.sensors.Sensors\n"
-    return f"{told}    sensors={{\n{rows}    }},\n" if rows else '    # sensors={"scan": Lidar(frame="base_link", …)}\n'
+    note = "    # tasks read these sensors with frobs_core.sensing.sensors.Sensors\n"
+    return f"{note}    sensors={{\n{rows}    }},\n" if rows else '    # sensors={"scan": Lidar(frame="base_link", …)}\n'
 
 
 def _edit_plugin(

@@ -80,10 +80,10 @@ class ContinuedCSV(CSVOutputFormat):
 
     def __init__(self, path: Path) -> None:
         text = path.read_text("utf-8")
-        whole = text[: text.rfind("\n") + 1]
+        complete_lines = text[: text.rfind("\n") + 1]
         self.file = path.open("r+t", encoding="utf-8")
-        self.file.truncate(len(whole.encode()))
+        self.file.truncate(len(complete_lines.encode()))
         self.file.seek(0, 2)
-        self.keys = whole.splitlines()[0].split(",") if whole else []
+        self.keys = complete_lines.splitlines()[0].split(",") if complete_lines else []
         self.separator = ","
         self.quotechar = '"'

@@ -245,13 +245,13 @@ _folder: Path | None = None
 
 def owned(kinds: Iterable[str] = ()) -> list[Process]:
     """Return the running commands that this process started, oldest first, or only commands of the given kinds."""
-    wanted = set(kinds)
+    selected = set(kinds)
     with _lock:
         found = list(_owned.values())
     for process in found:
         if not process.is_running:
             _owned.pop(process.pid, None)
-    return [p for p in found if p.is_running and p.owner == os.getpid() and (not wanted or p.kind in wanted)]
+    return [p for p in found if p.is_running and p.owner == os.getpid() and (not selected or p.kind in selected)]
 
 
 def stop(processes: Iterable[Process]) -> bool:

@@ -112,9 +112,9 @@ def difference(space: gym.Space[Any], expected: Any, found: Any, scores: Any) ->
         worst = float(np.max(np.abs(np.asarray(found, float) - np.asarray(expected, float)) / half, initial=0.0))
         return worst if math.isfinite(worst) else math.inf
     n = len(scores)
-    wanted, given = np.asarray(expected).reshape(n, -1).astype(int), np.asarray(found).reshape(n, -1).astype(int)
-    for row, column in np.argwhere(wanted != given).tolist():
-        two = _scores_of(space, scores[row], column, (wanted[row, column], given[row, column]))
+    choices, exported = np.asarray(expected).reshape(n, -1).astype(int), np.asarray(found).reshape(n, -1).astype(int)
+    for row, column in np.argwhere(choices != exported).tolist():
+        two = _scores_of(space, scores[row], column, (choices[row, column], exported[row, column]))
         if abs(two[0] - two[1]) > TOLERANCE * max(1.0, abs(two[0]), abs(two[1])):
             return 2.0
     return 0.0

@@ -55,7 +55,7 @@ def plot_runs(runs: Sequence[Run], path: Path | str | None = None) -> Path:
         raise RunError("there is no run to plot; pass at least one run folder.")
     groups = _groups(curves)
     terms = _terms(curves[0]) if len(groups) == 1 else []
-    panels = [panel for panel, wanted in ((_success, _has(curves, "episode/success")), (_reward, True)) if wanted]
+    panels = [panel for panel, has_data in ((_success, _has(curves, "episode/success")), (_reward, True)) if has_data]
     figure = make_figure(5.2 * (len(panels) + bool(terms)), 4.2)
     axes = figure.subplots(1, len(panels) + bool(terms), squeeze=False)[0]
     for axis, draw in zip(axes, panels, strict=False):

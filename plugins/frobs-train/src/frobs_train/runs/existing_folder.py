@@ -51,6 +51,6 @@ def resume_existing(path: Path, config: RunConfig, on_progress: Callable[[Progre
         new["seed"] = old["seed"]
     different = [key for key in new if key != "steps" and new[key] != old[key]]
     if different:
-        told = "; ".join(f"{key} is {old[key]} instead of {new[key]}" for key in different)
-        raise RunError(f"{path} contains a run with a different configuration ({told}); choose another --run-dir.")
+        changes = "; ".join(f"{key} is {old[key]} instead of {new[key]}" for key in different)
+        raise RunError(f"{path} contains a run with a different configuration ({changes}); choose another --run-dir.")
     return resume(run, steps=config.steps if config.steps != run.config.steps else None, on_progress=on_progress)

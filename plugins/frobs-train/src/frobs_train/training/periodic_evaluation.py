@@ -81,11 +81,11 @@ class TrainingEvaluation:
 
     def why_stop(self) -> str | None:
         """Return why training should end, or None if training should continue."""
-        wanted = self._run.config.stop_at_success
-        if wanted is None or self._success is None or self._success < wanted:
+        target = self._run.config.stop_at_success
+        if target is None or self._success is None or self._success < target:
             return None
         return (
-            f"an evaluation measured {100 * self._success:.1f} % success, and stop_at_success is {100 * wanted:.1f} %"
+            f"an evaluation measured {100 * self._success:.1f} % success, and stop_at_success is {100 * target:.1f} %"
         )
 
     def close(self) -> None:

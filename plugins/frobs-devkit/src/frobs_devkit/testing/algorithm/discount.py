@@ -56,7 +56,7 @@ def final_observations_count(subject: AlgorithmUnderTest) -> None:
     observation of the next episode.
     """
     _require_discount(subject)
-    told = []
+    runs = []
     ends = 0
     for wrapper in (None, _OtherEnds):
         with closing(subject.make_env(_EPISODE)) as env:
@@ -65,11 +65,11 @@ def final_observations_count(subject: AlgorithmUnderTest) -> None:
             algorithm, monitor = subject.make(env), Monitor(env)
             algorithm.train(subject.steps, monitor)
             ends = getattr(env.env, "ends", 0)
-        told.append((algorithm, monitor))
+        runs.append((algorithm, monitor))
     if not ends:
         raise Inconclusive(f"no episode was truncated in {subject.steps} steps")
     expect(
-        subject.different(*told),
+        subject.different(*runs),
         f"{ends} episodes were truncated, but changing their final observations does not affect training; bootstrap "
         "from info['final_obs'], because step() returns the first observation of the next episode.",
     )

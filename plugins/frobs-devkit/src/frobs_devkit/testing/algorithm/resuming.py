@@ -60,38 +60,38 @@ def continues_exactly(subject: AlgorithmUnderTest) -> None:
     seen, total = subject.observations(8), subject.enough
     with tempfile.TemporaryDirectory() as folder:
         monitor = partial(_SavingMonitor, folder=Path(folder), when=total // 2)
-        whole, told = subject.train(total, monitor=monitor)
-        assert isinstance(told, _SavingMonitor)
-        saved_at = told.saved_at
-        if saved_at is None or told.copied is None:
+        uninterrupted, saving = subject.train(total, monitor=monitor)
+        assert isinstance(saving, _SavingMonitor)
+        saved_at = saving.saved_at
+        if saved_at is None or saving.copied is None:
             raise Inconclusive(
                 "the algorithm offered no checkpoint in the second half of the training run; use settings with "
                 "shorter iterations"
             )
-        before, after = ([step for step in told.steps if (step > saved_at) == late] for late in (False, True))
+        before, after = ([step for step in saving.steps if (step > saved_at) == late] for late in (False, True))
         if len(before) < 2 or len(after) < 2:
             raise Inconclusive(
                 f"in a training run of {total} steps, {len(before)} iterations run before the checkpoint at step "
                 f"{saved_at} and {len(after)} after it, but at least two are needed before and two after; use "
                 "settings with shorter iterations, or more steps"
             )
-        started = type(whole).load(Path(folder) / "later")
+        started = type(uninterrupted).load(Path(folder) / "later")
         if difference(subject.untrained.predict(seen)[0], started.predict(seen)[0]) is None:
             raise Inconclusive(
                 f"training did not change the policy before the checkpoint at step {saved_at}; use settings with "
                 "shorter iterations"
             )
-        with closing(told.copied) as copied:
-            resumed = type(whole).load(Path(folder) / "later", copied)
+        with closing(saving.copied) as copied:
+            resumed = type(uninterrupted).load(Path(folder) / "later", copied)
             again = Monitor(copied)
             resumed.train(total, again)
     expect(again.steps == after, f"the resumed algorithm reports the step counts {again.steps} instead of {after}.")
     expect(
-        told.env.actions == told.copied.actions,
+        saving.env.actions == saving.copied.actions,
         "the actions of a resumed training run differ from those of a whole one.",
     )
-    expect_same(whole.predict(seen)[0], resumed.predict(seen)[0], "predictions of a resumed training run")
-    for steps, row, found in zip(after, told.rows[len(before) :], again.rows, strict=True):
+    expect_same(uninterrupted.predict(seen)[0], resumed.predict(seen)[0], "predictions of a resumed training run")
+    for steps, row, found in zip(after, saving.rows[len(before) :], again.rows, strict=True):
         expect_same(row, found, f"the metrics at step {steps} of a resumed training run")
 
 
@@ -135,9 +135,9 @@ def exported_policy_predicts(subject: AlgorithmUnderTest) -> None:
     if find_spec("onnxruntime") is None:
         raise Inconclusive("onnxruntime is not installed: pip install onnxruntime")
     session = import_module("onnxruntime").InferenceSession(graph, providers=["CPUExecutionProvider"])
-    wanted = np.asarray(algorithm.predict(seen)[0])
-    found = np.asarray(session.run(["action"], {"observation": seen})[0])
-    expect_close(wanted, found.reshape(wanted.shape), 1e-4, "actions of the exported policy")
+    expected = np.asarray(algorithm.predict(seen)[0])
+    actual = np.asarray(session.run(["action"], {"observation": seen})[0])
+    expect_close(expected, actual.reshape(expected.shape), 1e-4, "actions of the exported policy")
 
 
 def policy_alone_predicts(subject: AlgorithmUnderTest) -> None:

@@ -126,9 +126,9 @@ class AlgorithmUnderTest:
     def train(self, steps: int, seed: int = 5, monitor: Callable[[Watched], Monitor] = Monitor) -> Run:
         """Train a new algorithm, and return the algorithm and its monitor."""
         with closing(self.make_env()) as env:
-            algorithm, told = self.make(env, seed), monitor(env)
-            algorithm.train(steps, told)
-            return algorithm, told
+            algorithm, run_monitor = self.make(env, seed), monitor(env)
+            algorithm.train(steps, run_monitor)
+            return algorithm, run_monitor
 
     @cached_property
     def untrained(self) -> Algorithm:
@@ -147,8 +147,8 @@ class AlgorithmUnderTest:
     @property
     def enough(self) -> int:
         """Number of environment steps needed for at least four iterations, estimated from a first training run."""
-        told = [0, *self.trained[1].steps]
-        return max(self.steps, 4 * max(b - a for a, b in zip(told, told[1:] or told, strict=False)))
+        ends = [0, *self.trained[1].steps]
+        return max(self.steps, 4 * max(b - a for a, b in zip(ends, ends[1:] or ends, strict=False)))
 
     def different(self, one: Run, other: Run) -> str | None:
         """Return how two training runs differ in actions, metrics or predictions, or None if they are identical."""

@@ -125,14 +125,14 @@ def info_has_its_shape(subject: ControllerUnderTest) -> None:
         known: set[str] | None = None
         for action in bound.actions(subject.count(5), seed=13):
             bound.step(action)
-            told = bound.controller.info()
+            info = bound.controller.info()
             expect(
-                known in (None, set(told)),
-                f"info() returned the keys {sorted(told)}, but {sorted(known or ())} at an earlier step; the keys "
+                known in (None, set(info)),
+                f"info() returned the keys {sorted(info)}, but {sorted(known or ())} at an earlier step; the keys "
                 "must not change.",
             )
-            known = set(told)
-            for name, values in told.items():
+            known = set(info)
+            for name, values in info.items():
                 right = isinstance(values, np.ndarray) and values.shape == (NUM_ENVS,) and values.dtype.kind in "fiub"
                 expect(right, f"info()['{name}'] is not an array of numbers of shape ({NUM_ENVS},): {values!r}.")
                 expect(bool(np.isfinite(values).all()), f"info()['{name}'] is not finite: {values}.")
@@ -169,9 +169,9 @@ def action_changes_are_followed(subject: ControllerUnderTest) -> None:
         moved = (after - before).reshape(NUM_ENVS, -1, robot.dof)[:, -1]
         allowed = robot.velocity_limit * subject.control_timestep
         limited = np.isfinite(change) & np.isfinite(allowed[0])
-        wanted = np.where(limited, share * allowed, np.abs(moved))
+        expected = np.where(limited, share * allowed, np.abs(moved))
         expect_close(
-            wanted,
+            expected,
             np.abs(moved),
             1e-3 * float(allowed[:, limited].max(initial=1e-9)),
             "change of the command when the action changes by a fraction of max_action_change, compared with the "

@@ -68,20 +68,20 @@ def commands_depend_on_time(subject: ControllerUnderTest) -> None:
     The joints are held apart from their targets, so that an integral changes the commands.
     """
     time, physics = subject.control_timestep, subject.physics_timestep
-    whole, least = _changes(subject, {}), 0.1 * _APART
+    changes, least = _changes(subject, {}), 0.1 * _APART
     halved: dict[str, dict[str, float]] = {"physics timestep": {"physics_timestep": 0.5 * physics}}
     if subject.decimation % 2 == 0:
         halved["control timestep"] = {"timestep": 0.5 * time}
     for what, steps in halved.items():
-        found = _changes(subject, steps)
-        largest = float(max(np.abs(whole).max(), np.abs(found).max()))
+        half_step_changes = _changes(subject, steps)
+        largest = float(max(np.abs(changes).max(), np.abs(half_step_changes).max()))
         if largest < least:
             continue  # corrections in each step, not an integral over time
         expect_close(
-            whole,
-            found,
+            changes,
+            half_step_changes,
             _SHARE * largest,
-            f"change of a command during {len(whole)} control steps, compared with the same time at half the {what} "
+            f"change of a command during {len(changes)} control steps, compared with the same time at half the {what} "
             "(multiply rates by the time between two calls)",
         )
 

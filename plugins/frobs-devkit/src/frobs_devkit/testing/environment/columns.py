@@ -55,8 +55,8 @@ def actions_move_their_joints(subject: EnvUnderTest) -> None:
         for name, robot in control.robots.items():
             for joint, home in zip(robot.robot.joint_names, robot.robot.home[0], strict=True):
                 if f"{name}/{joint}" not in moved:
-                    told = rest[f"{name}/{joint}"]
-                    expect_close(home, told, 1e-12, f"command of joint '{joint}', which has no controller")
+                    rest_command = rest[f"{name}/{joint}"]
+                    expect_close(home, rest_command, 1e-12, f"command of joint '{joint}', which has no controller")
 
 
 def terms_fill_their_columns(subject: EnvUnderTest) -> None:

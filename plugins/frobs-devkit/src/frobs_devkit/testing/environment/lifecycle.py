@@ -101,10 +101,10 @@ def reset_options_hold(subject: EnvUnderTest) -> None:
         seen = False
         understood = inside(env).task.reset_options
         if "joint_positions" in understood:
-            wanted = _some_joint_positions(inside(env).robot)
-            env.reset(seed=0, options={"joint_positions": wanted})
-            found = inside(env).robot.joint_positions[0]
-            expect_close(wanted, found, 1e-6, "joint positions after reset(options={'joint_positions': …})")
+            requested = _some_joint_positions(inside(env).robot)
+            env.reset(seed=0, options={"joint_positions": requested})
+            actual = inside(env).robot.joint_positions[0]
+            expect_close(requested, actual, 1e-6, "joint positions after reset(options={'joint_positions': …})")
             seen = True
         for name in set(understood) - {"joint_positions"}:
             changes = _changes_the_beginning(env, name)
@@ -115,8 +115,8 @@ def reset_options_hold(subject: EnvUnderTest) -> None:
             )
         goals = [_goal(env.reset(seed=seed)[0]) for seed in (0, 1)]
         if "goal" in understood and goals[0] is not None and observes_truly(env, "desired_goal"):
-            found = _goal(env.reset(seed=0, options={"goal": goals[1]})[0])
-            expect_close(goals[1], found, 1e-6, "desired_goal after reset(options={'goal': …})")
+            actual = _goal(env.reset(seed=0, options={"goal": goals[1]})[0])
+            expect_close(goals[1], actual, 1e-6, "desired_goal after reset(options={'goal': …})")
             seen = True
     if not seen:
         raise NotApplicable("the task has no reset option that this check can test")
@@ -137,12 +137,12 @@ def options_hold_by_row(subject: EnvUnderTest) -> None:
             for name, (one, other) in given.items():
                 batch.reset(seed=0)
                 mask = np.array([False, True, False])
-                found = batch.reset(options={name: np.stack([one, other, one]), "reset_mask": mask})[0]
+                actual = batch.reset(options={name: np.stack([one, other, one]), "reset_mask": mask})[0]
                 single.reset(seed=1)
-                wanted = single.reset(options={name: other})[0]
+                expected = single.reset(options={name: other})[0]
                 what = f"environment 1 of a batch of 3, reset alone with options={{'{name}': …}}"
                 expect_same(
-                    wanted, row(found, 1), f"{what}, compared with a single environment reset with row 1 of the option"
+                    expected, row(actual, 1), f"{what}, compared with one environment reset with row 1 of the option"
                 )
 
 
@@ -222,6 +222,6 @@ def _bad_actions(space: gym.Space[Any]) -> dict[str, Any]:
     return bad
 
 
-def _expect_raises(wanted: type[FrobsError], env: Any, action: Any, what: str) -> None:
-    with expect_raises(wanted, what):
+def _expect_raises(expected: type[FrobsError], env: Any, action: Any, what: str) -> None:
+    with expect_raises(expected, what):
         env.step(action)

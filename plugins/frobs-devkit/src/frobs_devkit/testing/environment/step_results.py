@@ -99,10 +99,10 @@ def ends_have_their_reason(subject: EnvUnderTest) -> None:
             _, _, terminated, truncated, info = batch.step(action)
             if (terminated | truncated).any():
                 ends = inside(batch).task.is_terminated()
-                told = np.zeros(2, np.bool_) if ends is None else ends
+                expected = np.zeros(2, np.bool_) if ends is None else ends
                 expect(
-                    "frobs/diverged" in info or (terminated == told).all(),
-                    f"in a batch, terminated is {terminated}, but the task's is_terminated() is {told}.",
+                    "frobs/diverged" in info or (terminated == expected).all(),
+                    f"in a batch, terminated is {terminated}, but the task's is_terminated() is {expected}.",
                 )
                 break
     _expect_reached(reached)
@@ -127,5 +127,5 @@ def _expect_reason(env: Any, terminated: bool, step: int, info: dict[str, Any]) 
     if "frobs/diverged" in info:
         return
     ends = env.task.is_terminated()
-    told = bool(ends is not None and ends[0])
-    expect(told == terminated, f"step {step}: terminated is {terminated}, but the task's is_terminated() is {told}.")
+    ended = bool(ends is not None and ends[0])
+    expect(ended == terminated, f"step {step}: terminated is {terminated}, but the task's is_terminated() is {ended}.")

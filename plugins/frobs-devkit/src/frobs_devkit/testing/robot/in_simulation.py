@@ -31,8 +31,8 @@ def frames_agree(subject: RobotUnderTest) -> None:
         high = np.minimum(robot.position_upper[0], 3.0)
         drawn = low + (high - low) * np.random.default_rng(0).uniform(size=(5, robot.dof))
         for link in model.links:
-            wanted = placed(robot.base_pose, model.frame_pose(link.name, drawn))
-            expect_same_pose(wanted, robot.frame_pose(link.name, drawn), 1e-6, f"link '{link.name}'")
+            expected = placed(robot.base_pose, model.frame_pose(link.name, drawn))
+            expect_same_pose(expected, robot.frame_pose(link.name, drawn), 1e-6, f"link '{link.name}'")
 
 
 def home_is_held(subject: RobotUnderTest) -> None:

@@ -53,18 +53,18 @@ def bodies_are_thrown(subject: SimulatorUnderTest) -> None:
         bodies={"ball": replace(BALL, pose=TILTED, twist=_TWIST), "bar": BAR}, gravity=_WEIGHTLESS, floor=False
     ) as (sim, _):
         n, ball = sim.num_envs, sim.bodies["ball"]
-        for name, wanted, found in zip(("lin_vel_world", "ang_vel_world"), _TWIST, ball.twist, strict=True):
-            expect_close(np.tile(wanted, (n, 1)), found, 1e-6, f"{name} of a ball at reset")
+        for name, expected, found in zip(("lin_vel_world", "ang_vel_world"), _TWIST, ball.twist, strict=True):
+            expect_close(np.tile(expected, (n, 1)), found, 1e-6, f"{name} of a ball at reset")
         sim.step(100)
         flown = np.array(TILTED.pos) + 100 * TIMESTEP * np.array(_TWIST[0])
         expect_close(np.tile(flown, (n, 1)), ball.pose[0], 1e-6, "position of a ball that starts with a twist [m]")
         mask = np.arange(n) == 0
         ball.write_twist(np.array([[0.0, 1.0, 0.5]]), np.array([[-1.0, 0.0, 4.0]]), mask)
-        for name, wanted, written, found in zip(
+        for name, expected, written, found in zip(
             ("lin_vel_world", "ang_vel_world"), _TWIST, ((0.0, 1.0, 0.5), (-1.0, 0.0, 4.0)), ball.twist, strict=True
         ):
             expect_close(
-                np.where(mask[:, None], written, wanted), found, 1e-6, f"{name} after write_twist in environment 0"
+                np.where(mask[:, None], written, expected), found, 1e-6, f"{name} after write_twist in environment 0"
             )
         sim.reset(mask)
         expect_close(np.array(_TWIST[0]), ball.twist[0][0], 1e-6, "lin_vel_world of a ball after a second reset")

@@ -59,13 +59,13 @@ def arrays_have_their_shapes(subject: SimulatorUnderTest) -> None:
         expect(robot.num_envs == n, f"the robot's num_envs is {robot.num_envs}; expected {n}.")
         expect(sim.physics_timestep == TIMESTEP, f"physics_timestep is {sim.physics_timestep}, not {TIMESTEP}.")
         expect(robot.name == "robot", f"the robot's name is '{robot.name}'; expected 'robot'.")
-        wanted: dict[str, tuple[Any, tuple[int, ...]]] = {
+        arrays: dict[str, tuple[Any, tuple[int, ...]]] = {
             name: (getattr(robot, name), (n, dof))
             for name in ("home", "position_lower", "position_upper", "velocity_limit", "effort_limit")
         }
-        wanted |= {f"drive_gains()[{i}]": (gain, (n, dof)) for i, gain in enumerate(robot.drive_gains())}
-        wanted |= {"frame_jacobian('tcp')": (robot.frame_jacobian("tcp"), (n, 6, dof)), "time": (sim.time, (n,))}
-        for name, (array, shape) in wanted.items():
+        arrays |= {f"drive_gains()[{i}]": (gain, (n, dof)) for i, gain in enumerate(robot.drive_gains())}
+        arrays |= {"frame_jacobian('tcp')": (robot.frame_jacobian("tcp"), (n, 6, dof)), "time": (sim.time, (n,))}
+        for name, (array, shape) in arrays.items():
             expect_array(array, shape, np.float64, name)
         for name, read, shape in _readings(sim, robot):
             before = read().copy()

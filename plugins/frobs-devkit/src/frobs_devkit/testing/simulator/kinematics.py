@@ -24,14 +24,14 @@ def joints_are_the_files(subject: SimulatorUnderTest) -> None:
         expect(robot.dof == len(model.joint_names), f"dof is {robot.dof}, not {len(model.joint_names)}.")
         expect(robot.tcp == "tool", f"tcp is '{robot.tcp}', not 'tool'.")
         limits = [joint.limits for joint in model.actuated_joints]
-        wanted = {
+        expected = {
             "home": [ARM.home[name] for name in model.joint_names],
             "position_lower": [limit.lower for limit in limits],
             "position_upper": [limit.upper for limit in limits],
             "velocity_limit": [limit.velocity for limit in limits],
             "effort_limit": [limit.effort for limit in limits],
         }
-        for name, row in wanted.items():
+        for name, row in expected.items():
             expect_close(np.tile(row, (sim.num_envs, 1)), getattr(robot, name), 1e-12, name)
         expect_close(
             robot.home, robot.joint_positions, subject.at_home, "joint_positions after a reset, compared with home"
@@ -67,15 +67,15 @@ def given_joints_leave_the_state(subject: SimulatorUnderTest) -> None:
         before = (robot.joint_positions.copy(), robot.joint_velocities.copy(), sim.time.copy(), _copy(robot, "tcp"))
         for count in (1, 5):
             given = spread(-2.0, 2.0, (count, 2), seed=count)
-            wanted = placed((TILTED.pos, TILTED.quat_wxyz), robot.model.frame_pose("tool", given))
-            expect_same_pose(wanted, robot.frame_pose("tcp", given), _TOLERANCE, f"{count} given vectors")
+            expected = placed((TILTED.pos, TILTED.quat_wxyz), robot.model.frame_pose("tool", given))
+            expect_same_pose(expected, robot.frame_pose("tcp", given), _TOLERANCE, f"{count} given vectors")
         after = (robot.joint_positions.copy(), robot.joint_velocities.copy(), sim.time.copy(), _copy(robot, "tcp"))
         expect_same(before, after, "the state after a call of frame_pose(frame, joint_positions)")
         if subject.level("teleport"):
             robot.write_base_pose(np.array([[1.0, 2.0, 3.0]]), np.array([[0.0, 1.0, 0.0, 0.0]]))
             found = robot.frame_pose("tcp", given)
             expect_same_pose(
-                wanted, found, _TOLERANCE, "5 given vectors after the base has moved from its initial pose"
+                expected, found, _TOLERANCE, "5 given vectors after the base has moved from its initial pose"
             )
 
 
@@ -130,9 +130,9 @@ def bases_are_placed(subject: SimulatorUnderTest) -> None:
         tilted = np.array([TILTED.pos]), np.array([TILTED.quat_wxyz])
         robot.write_base_pose(*tilted, mask)
         for i in range(sim.num_envs):
-            wanted = tilted if mask[i] else (before[0][[i]], before[1][[i]])
+            pose = tilted if mask[i] else (before[0][[i]], before[1][[i]])
             found = robot.base_pose[0][[i]], robot.base_pose[1][[i]]
-            expect_same_pose(wanted, found, _TOLERANCE, f"base_pose of environment {i}, after writing to environment 0")
+            expect_same_pose(pose, found, _TOLERANCE, f"base_pose of environment {i}, after writing to environment 0")
         _expect_frame(robot, "tcp", "after write_base_pose")
 
 
@@ -142,5 +142,5 @@ def _copy(robot: RobotHandle, frame: str) -> tuple[Floats, Floats]:
 
 
 def _expect_frame(robot: RobotHandle, frame: str, when: str) -> None:
-    wanted = placed(robot.base_pose, robot.model.frame_pose(robot.frame_name(frame), robot.joint_positions))
-    expect_same_pose(wanted, robot.frame_pose(frame), _TOLERANCE, f"frame_pose('{frame}') {when}")
+    expected = placed(robot.base_pose, robot.model.frame_pose(robot.frame_name(frame), robot.joint_positions))
+    expect_same_pose(expected, robot.frame_pose(frame), _TOLERANCE, f"frame_pose('{frame}') {when}")

@@ -62,8 +62,8 @@ def _expect_followed(robot: RobotHandle, tolerance: float, which: str) -> None:
     for link in ("finger", "follower"):
         quat = robot.frame_pose(link)[1]
         angle[link] = 2.0 * np.arctan2(quat[:, 2], quat[:, 0])  # about y
-    wanted = -2.0 * angle["finger"] + 0.1
-    expect_close(wanted, angle["follower"], tolerance, f"angle of the follower {which} [rad]")
+    expected = -2.0 * angle["finger"] + 0.1
+    expect_close(expected, angle["follower"], tolerance, f"angle of the follower {which} [rad]")
 
 
 def overlaps_are_told(subject: SimulatorUnderTest) -> None:

@@ -71,9 +71,9 @@ def intrinsics_project_points(subject: SimulatorUnderTest) -> None:
             except RenderingUnavailableError as error:
                 raise Inconclusive(str(error)) from error
             expect(shown.any(), "no pixel of the image is red, although a red box is in front of the camera.")
-            wanted = scale * np.array([row + 0.5, column + 0.5]) - 0.5
+            expected = scale * np.array([row + 0.5, column + 0.5]) - 0.5
             what = f"row and column of a red box in an image of {48 * scale} × {64 * scale} pixels"
-            expect_close(wanted, np.argwhere(shown).mean(axis=0), 0.75 * scale, what)
+            expect_close(expected, np.argwhere(shown).mean(axis=0), 0.75 * scale, what)
 
 
 @verifies("cameras")
@@ -96,9 +96,9 @@ def fast_pictures_show_the_same(subject: SimulatorUnderTest) -> None:
                         _red(fast[i]).any(),
                         f"no pixel of a fast {size} image is red, although a red box is in front of the camera.",
                     )
-                    shown, wanted = (np.argwhere(_red(one[i])).mean(axis=0) for one in (fast, full))
+                    shown, expected = (np.argwhere(_red(one[i])).mean(axis=0) for one in (fast, full))
                     what = f"row and column of a red box in a fast {size} image of environment {i}"
-                    expect_close(wanted, shown, 2.0, what)
+                    expect_close(expected, shown, 2.0, what)
             if subject.level("teleport"):
                 rows = [np.argwhere(_red(one))[:, 0].mean() for one in all_drawn]
                 lower = np.diff(rows) > 2.0  # each box is lower than the previous environment's box
@@ -111,9 +111,9 @@ def fast_pictures_show_the_same(subject: SimulatorUnderTest) -> None:
                 some = sim.render(mask, "front", _SIZE, fast=True)
                 expect_array(some, (int(mask.sum()), *_SIZE, 3), np.uint8, f"render of the mask {mask}")
                 for i, image in zip(np.flatnonzero(mask).tolist(), some, strict=True):
-                    shown, wanted = (np.argwhere(_red(one)).mean(axis=0) for one in (image, all_drawn[i]))
+                    shown, expected = (np.argwhere(_red(one)).mean(axis=0) for one in (image, all_drawn[i]))
                     expect_close(
-                        wanted, shown, 2.0, f"row and column of a red box in environment {i}, rendered with a mask"
+                        expected, shown, 2.0, f"row and column of a red box in environment {i}, rendered with a mask"
                     )
         except RenderingUnavailableError as error:
             raise Inconclusive(str(error)) from error

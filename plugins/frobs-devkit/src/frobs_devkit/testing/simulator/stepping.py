@@ -54,8 +54,8 @@ def updates_come_between_steps(subject: SimulatorUnderTest) -> None:
                 robot.command(np.tile(efforts[0], (n, 1)))
                 sim.step_with(4, update)
             found.append(robot.joint_velocities.copy())
-    wanted = TIMESTEP * np.arange(1, 4)[:, None].repeat(n, axis=1)
-    expect_close(wanted, times, 1e-9, "times at which step_with(4, …) calls its function [s]")
+    expected = TIMESTEP * np.arange(1, 4)[:, None].repeat(n, axis=1)
+    expect_close(expected, times, 1e-9, "times at which step_with(4, …) calls its function [s]")
     expect_close(
         found[0],
         found[1],
@@ -132,9 +132,9 @@ def _expect_contained(subject: SimulatorUnderTest, speed: float, expected: dict[
                 expected[name][1:], found[name][1:], f"{name} of the other environments while environment 0 diverges"
             )
         diverged = sim.diverged
-        told = diverged is not None and bool(diverged[0])
+        noted = diverged is not None and bool(diverged[0])
         sound = np.isfinite(found["positions"][0]).all() and np.abs(found["positions"][0]).max() < 1e6
-        expect(told or sound, f"environment 0 diverged to {found['positions'][0]}, but 'diverged' does not report it.")
+        expect(noted or sound, f"environment 0 diverged to {found['positions'][0]}, but 'diverged' does not report it.")
         expect(diverged is None or not diverged[1:].any(), "'diverged' reports environments that did not diverge.")
         sim.reset(first)
         expect(sim.diverged is None or not sim.diverged.any(), "'diverged' is not cleared by the reset.")

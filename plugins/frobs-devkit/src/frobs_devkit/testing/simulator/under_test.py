@@ -98,17 +98,17 @@ class SimulatorUnderTest:
             NotApplicable: The simulator rejects a scene with free bodies, or a robot whose base moves.
         """
         placement = Placement(robot=robot, model=model or model_of(robot.model), pose=pose or Pose(), command_mode=mode)
-        whole = Scene(bodies=bodies or {}, **scene)
+        complete_scene = Scene(bodies=bodies or {}, **scene)
         try:
             made: Simulation = self.record.load()(
-                whole.all_robots({"robot": placement}),
-                whole,
+                complete_scene.all_robots({"robot": placement}),
+                complete_scene,
                 num_envs=self.num_envs if num_envs is None else num_envs,
                 physics_timestep=timestep,
                 num_threads=num_threads,
             )
         except ConfigurationError as error:
-            free = any(body.is_free for body in whole.bodies.values())
+            free = any(body.is_free for body in complete_scene.bodies.values())
             if robot.base != "fixed" or (free and isinstance(error, SceneError) and not self.free_bodies):
                 raise NotApplicable(f"the simulator rejects what this check needs: {error}") from error
             raise

@@ -168,11 +168,11 @@ def contacts_are_told(subject: SimulatorUnderTest) -> None:
                 sim.contact("landed")[0], "a contact at the beginning of a step is not reported at the end of the step."
             )
             sim.step(5)
-            told = sim.contact("landed")
-            expect(not told[0], "a contact is reported for a ball in the air.")
+            touching = sim.contact("landed")
+            expect(not touching[0], "a contact is reported for a ball in the air.")
             expect(
-                told[1:].all(),
-                f"contacts are reported for the wrong environments: {told}; only the ball of environment 0 is in the "
+                touching[1:].all(),
+                f"contacts are reported for the wrong environments: {touching}; only the ball of environment 0 is in the "
                 "air.",
             )
             expect_close(0.0, sim.contact_force("landed")[0], 0.0, "contact_force of a ball in the air [N]")

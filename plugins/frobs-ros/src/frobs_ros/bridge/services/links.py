@@ -122,9 +122,9 @@ def _set_properties(bridge: Bridge, request: Any) -> dict[str, Any]:
         return failed(f"SetLinkProperties: the mass is {request.mass} kg; it must be above 0")
     scale = request.mass / found["mass"]
     same = np.allclose(read_vector(request.com.position), read_vector(found["com"].position), atol=1e-9)
-    told = np.array([getattr(request, key) for key in _INERTIA])
+    inertia = np.array([getattr(request, key) for key in _INERTIA])
     kept = np.array([found[key] for key in _INERTIA])
-    if not same or not request.gravity_mode or not (np.allclose(told, kept) or np.allclose(told, scale * kept)):
+    if not same or not request.gravity_mode or not (np.allclose(inertia, kept) or np.allclose(inertia, scale * kept)):
         return failed(
             "SetLinkProperties: nothing was set. Only the mass can be changed, and the inertia is scaled by the "
             "same ratio; set com, gravity_mode and inertia to the values that get_link_properties returns"
