@@ -72,27 +72,27 @@ def show(
     with only_json(json):
         robot = robot_of(name, xacro_args(args), package_paths(package_path))
         if robot is not None and is_model_file(name):
-            found = [describe_file(robot)]
+            descriptions = [describe_file(robot)]
         elif args or package_path:
             raise CommandLineError(
                 "--args, --package-path", f"these options require a robot's model file, but '{name}' is not a file."
             )
         else:
-            found = [describe() for describe in _meanings(name)]
+            descriptions = [describe() for describe in _meanings(name)]
         if picture is not None:
             _draw(robot, name, picture)
     if json:
-        print_json(found)
+        print_json(descriptions)
         return
-    for i, facts in enumerate(found):
+    for i, facts in enumerate(descriptions):
         if i:
             print_line()
         if config and "config" in facts:
             sys.stdout.write(dump_yaml(facts["config"]))
         else:
             print_facts(_readable(facts))
-    if len(found) > 1:
-        ways = ", ".join(f"'{facts['kind']}:{name}'" for facts in found)
+    if len(descriptions) > 1:
+        ways = ", ".join(f"'{facts['kind']}:{name}'" for facts in descriptions)
         print_note(f"'{name}' has several meanings; to show only one of them, use {ways}")
 
 
@@ -122,30 +122,30 @@ def _meanings(name: str) -> Iterator[Callable[[], Facts]]:
     others = {it.kind: it for it in providers() if it.kind}
     kind = prefix if prefix in (*KINDS, catalogue.ENVIRONMENT, *catalogue.EXTENSIONS, *others) else None
     requested = rest if kind else name
-    found = False
+    exists = False
     for candidate in KINDS if kind is None else [kind] if kind in KINDS else []:
         records = plugins.records(candidate)
         offered_twice = any(known.endswith(f":{requested}") for known in records)
         if requested in records or offered_twice or kind:
-            found = True
+            exists = True
             record = plugins.get_record(candidate, requested)
             yield lambda candidate=candidate, record=record: describe_record(candidate, record)  # type: ignore[misc]
     if kind in (None, catalogue.ENVIRONMENT) and (kind or _is_id(requested)):
-        found = True
+        exists = True
         spec = registry.find_spec(requested)
         yield lambda: describe_environment(spec)
     for other, provider in others.items():
         if kind in (None, other) and (kind or provider.describes(requested)):
-            found = True
+            exists = True
             yield lambda provider=provider: {**provider.describe(requested)}  # type: ignore[misc]
-    for other in [] if found else catalogue.EXTENSIONS:
+    for other in [] if exists else catalogue.EXTENSIONS:
         extensions = {item.name: item for item in catalogue.listed(other)} if kind in (None, other) else {}
         if requested in extensions:
-            found = True
+            exists = True
             yield lambda other=other, item=extensions[requested]: describe_extension(other, item)  # type: ignore[misc]
         elif kind == other:
             raise UnknownNameError(other.replace("_", " "), requested, extensions, catalogue.problems())
-    if not found:
+    if not exists:
         names = {known for kind in KINDS for known in plugins.records(kind)} | set(registry.environments())
         hints = (plugins.active().install_hint(kind, name) for kind in (*KINDS, "environment"))
         hint = next(filter(None, hints), "")

@@ -98,16 +98,16 @@ class Skeleton:
 
     def all_positions(self, actuated: Floats) -> Floats:
         """Return the positions of all joints, (n, joints), for given positions of the actuated joints, (n, dof)."""
-        found = np.zeros((len(actuated), len(self.joints)))
-        found[:, self.actuated] = actuated
-        positions: Floats = found[:, self.leaders] * self.multipliers + self.offsets
+        full = np.zeros((len(actuated), len(self.joints)))
+        full[:, self.actuated] = actuated
+        positions: Floats = full[:, self.leaders] * self.multipliers + self.offsets
         return positions
 
     def all_velocities(self, actuated: Floats) -> Floats:
         """Return the velocities of all joints, (n, joints), for given velocities of the actuated joints, (n, dof)."""
-        found = np.zeros((len(actuated), len(self.joints)))
-        found[:, self.actuated] = actuated
-        velocities: Floats = found[:, self.leaders] * self.multipliers
+        full = np.zeros((len(actuated), len(self.joints)))
+        full[:, self.actuated] = actuated
+        velocities: Floats = full[:, self.leaders] * self.multipliers
         return velocities
 
     def place(self, base: Floats, positions: Floats) -> tuple[Floats, Floats, Floats]:
@@ -206,7 +206,7 @@ class Skeleton:
 
 
 def _joined(links: list[tuple[Link, int, Floats]], changed: Mapping[str, float], armature: Floats) -> Mass:
-    found = []
+    parts = []
     for link, _, offset in links:
         inertial = link.inertial
         assert inertial is not None
@@ -214,10 +214,10 @@ def _joined(links: list[tuple[Link, int, Floats]], changed: Mapping[str, float],
         rotation = matrix_from_quat(offset[3:])
         com = offset[:3] + (rotation * np.array(inertial.origin.pos)).sum(-1)
         inertia = rotation @ inertia_matrix(inertial) @ rotation.T * (mass / inertial.mass)
-        found.append((mass, com, inertia))
-    total = sum(mass for mass, _, _ in found)
+        parts.append((mass, com, inertia))
+    total = sum(mass for mass, _, _ in parts)
     if total <= 0.0:
         return Mass(0.0, np.zeros(3), np.zeros((3, 3)))
-    com = np.sum([mass * at for mass, at, _ in found], axis=0) / total
-    inertia = armature + np.sum([own + parallel_axis(mass, at - com) for mass, at, own in found], axis=0)
+    com = np.sum([mass * at for mass, at, _ in parts], axis=0) / total
+    inertia = armature + np.sum([own + parallel_axis(mass, at - com) for mass, at, own in parts], axis=0)
     return Mass(total, com, inertia)

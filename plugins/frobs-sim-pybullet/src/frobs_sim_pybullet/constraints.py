@@ -151,16 +151,16 @@ def _sweep(
     matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Floats, tolerance: float
 ) -> tuple[Floats, bool]:
     """Improve efforts by Gauss-Seidel sweeps, and return the efforts and whether they have converged."""
-    found = efforts.tolist()
+    solved = efforts.tolist()
     rows = list(
         zip(matrix.tolist(), slope.tolist(), low.tolist(), high.tolist(), matrix.diagonal().tolist(), strict=True)
     )
     for _ in range(_SWEEPS):
         change = 0.0
         for i, (row, start, least, most, pivot) in enumerate(rows):
-            old = found[i]
-            value = found[i] = min(most, max(least, old - (start + sum(map(mul, row, found))) / pivot))
+            old = solved[i]
+            value = solved[i] = min(most, max(least, old - (start + sum(map(mul, row, solved))) / pivot))
             change = max(change, abs(value - old) / max(1e-9, abs(value)))
         if change < tolerance:
-            return np.array(found), True
-    return np.array(found), False
+            return np.array(solved), True
+    return np.array(solved), False

@@ -112,10 +112,10 @@ class JointSampler:
                 good = accept(reached)  # (m, count)
                 good[good] = self._floor.is_clear(candidates[good])
                 first = good.argmax(axis=1)
-                found = good[np.arange(len(rows)), first]
-                joint_positions[rows[found]] = candidates[found, first[found]]
-                positions[rows[found]] = reached[found, first[found]]
-                open_rows[rows[found]] = False
+                valid = good[np.arange(len(rows)), first]
+                joint_positions[rows[valid]] = candidates[valid, first[valid]]
+                positions[rows[valid]] = reached[valid, first[valid]]
+                open_rows[rows[valid]] = False
             if not open_rows.any():
                 break
         if open_rows.any():

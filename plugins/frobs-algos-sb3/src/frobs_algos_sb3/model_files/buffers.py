@@ -84,14 +84,14 @@ def read_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
 
 def _arrays(buffer: ReplayBuffer) -> dict[str, np.ndarray[Any, Any]]:
     """Return the arrays of a buffer, including those of dictionary observations."""
-    found: dict[str, np.ndarray[Any, Any]] = {}
+    arrays: dict[str, np.ndarray[Any, Any]] = {}
     for name in _FIELDS:
         value = getattr(buffer, name)
         if isinstance(value, dict):
-            found |= {f"{name}/{key}": item for key, item in value.items()}
+            arrays |= {f"{name}/{key}": item for key, item in value.items()}
         else:
-            found[name] = value
-    return found
+            arrays[name] = value
+    return arrays
 
 
 def _read(path: Path) -> dict[str, np.ndarray[Any, Any]]:

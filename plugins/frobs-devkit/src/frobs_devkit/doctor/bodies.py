@@ -99,8 +99,8 @@ def _untouchable(model: RobotModel) -> Iterator[Finding]:
                 "the link has visuals but no collision shape",
                 "add a <collision> element if the link should collide",
             )
-            found = warning("visual-only", f"link '{link.name}'", problem, advice)
-            yield found if link.name in moved else replace(found, severity=Severity.NOTE)
+            finding = warning("visual-only", f"link '{link.name}'", problem, advice)
+            yield finding if link.name in moved else replace(finding, severity=Severity.NOTE)
 
 
 def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Iterator[Finding]:

@@ -93,10 +93,10 @@ def examine_plugins(
     candidates = [candidate for candidate in collection.candidates() if _is_meant(candidate, only)]
 
     def look(candidate: Candidate) -> Probe:
-        found = probe(candidate, seconds)
+        outcome = probe(candidate, seconds)
         if on_probe is not None:
             on_probe(candidate.key)
-        return found
+        return outcome
 
     with ThreadPoolExecutor(max(1, (os.cpu_count() or 2) // 2)) as pool:  # each thread waits for its process
         probes = list(pool.map(look, candidates))
@@ -132,7 +132,7 @@ def _is_meant(candidate: Candidate, only: Iterable[str]) -> bool:
 
 def _names(seen: Probe) -> list[tuple[str, str]]:
     """Return the (kind, name) pairs that a plugin provides."""
-    names = [(kind, name) for kind, found in seen.records.items() for name in found]
+    names = [(kind, name) for kind, offered in seen.records.items() for name in offered]
     return [*names, *(("environment ID", id) for id in seen.environment_ids)]
 
 
@@ -188,17 +188,17 @@ def _clashes(
         others = [other for other in offers[kind, name] if other.key != candidate.key]
         if others:
             who = " and ".join(f"'{other.name}' of {other.distribution} {other.version}" for other in others)
-            found = warning(
+            clash = warning(
                 "clash",
                 f"{kind} '{name}'",
                 f"another plugin also provides this name: {who}",
                 "rename or remove one of the two records",
             )
             if others[0].distribution == candidate.distribution:
-                yield replace(found, severity=Severity.ERROR)
+                yield replace(clash, severity=Severity.ERROR)
             else:
                 yield replace(
-                    found, advice=f"use the name '{candidate.distribution}:{name}', or uninstall one of the plugins"
+                    clash, advice=f"use the name '{candidate.distribution}:{name}', or uninstall one of the plugins"
                 )
 
 

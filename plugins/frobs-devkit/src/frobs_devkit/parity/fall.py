@@ -25,7 +25,7 @@ def fall(subjects: Sequence[Subject]) -> Measurement:
 
     def compare(body: Bounded) -> tuple[list[Comparison], Panel]:
         falls = [_fall(subject, body) for subject in subjects]
-        found = [{**settle(*each), "bounce_height": _bounce(each[1])} for each in falls]
+        bounces = [{**settle(*each), "bounce_height": _bounce(each[1])} for each in falls]
         comparisons: list[Comparison] = []
         for name, words in _QUANTITIES.items():
             factor, unit = (1.0, "s") if name == "rest_time" else (1e3, "mm")
@@ -33,7 +33,7 @@ def fall(subjects: Sequence[Subject]) -> Measurement:
                 subjects,
                 name,
                 f"{words} of '{body.name}'",
-                [each[name] for each in found],
+                [each[name] for each in bounces],
                 scale=body.edges[0],
                 unknown=f"the body does not rest within {DURATION:g} s",
                 factor=factor,

@@ -77,8 +77,8 @@ def expect_rows(arrays: Mapping[str, Any], num_envs: int, what: str) -> None:
     """Raise CheckFailure unless each array in a snapshot has one row of numbers for each environment."""
     for name, array in leaves(arrays).items():
         if array.shape[:1] != (num_envs,) or array.dtype.kind == "O":
-            found = f"{array.dtype}{list(array.shape)}"
-            raise CheckFailure(f"{what}{name} is {found}; expected an array of numbers with shape (num_envs, …).")
+            actual = f"{array.dtype}{list(array.shape)}"
+            raise CheckFailure(f"{what}{name} is {actual}; expected an array of numbers with shape (num_envs, …).")
 
 
 def expect_close(expected: Any, actual: Any, tolerance: float, what: str) -> None:

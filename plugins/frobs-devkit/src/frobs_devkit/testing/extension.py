@@ -38,10 +38,10 @@ class ExtensionUnderTest:
         Raises:
             Inconclusive: There is no such simulator.
         """
-        found = [plugins.get_record("simulator", name) for name in plugins.importable("simulator")]
+        records = [plugins.get_record("simulator", name) for name in plugins.importable("simulator")]
         able = [
             one
-            for one in found
+            for one in records
             if isinstance(one, SimulatorRecord)
             and not one.is_paced
             and (not capability or one.capabilities.get(capability))
@@ -190,11 +190,11 @@ def check_extension(kind: str, name: str, settings: Mapping[str, Any] | None = N
         UnknownNameError: There is no such kind, or no such extension.
     """
     check_name("kind of extension", kind, EXTENSIONS)
-    found = {item.name: item for item in listed(kind)}
-    if name not in found:
-        raise UnknownNameError(kind.replace("_", " "), name, found, plugins.active().failures())
+    items = {item.name: item for item in listed(kind)}
+    if name not in items:
+        raise UnknownNameError(kind.replace("_", " "), name, items, plugins.active().failures())
     settings = settings or {}
-    checks = collect(ExtensionUnderTest(kind, found[name], settings), _CHECKS[kind])
+    checks = collect(ExtensionUnderTest(kind, items[name], settings), _CHECKS[kind])
     if kind == "policy":
         checks += check_policy(name, settings.get("environment", ""), **settings.get("environment_kwargs", {}))
     return checks

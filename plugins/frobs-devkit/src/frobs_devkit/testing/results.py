@@ -213,16 +213,16 @@ def _run(check: Check) -> Result:
 def _versions() -> dict[str, str]:
     """Return the versions of Python, the core, each loaded plugin, and their requirements."""
     loaded = sorted({report.distribution for report in plugins.reports() if report.state == "loaded"})
-    found = {"python": platform.python_version()}
+    versions = {"python": platform.python_version()}
     for distribution in ("frobs-core", *loaded):
         try:
-            found[distribution] = version(distribution)
+            versions[distribution] = version(distribution)
             lines = _DECIDING if distribution == "frobs-core" else requires(distribution) or ()
         except PackageNotFoundError:  # the plugin was defined by a test and is not installed
             continue
         for name in (re.split(r"[^\w.-]", line)[0] for line in lines if "extra ==" not in line):
             try:
-                found.setdefault(name, version(name))
+                versions.setdefault(name, version(name))
             except PackageNotFoundError:
                 continue
-    return found
+    return versions

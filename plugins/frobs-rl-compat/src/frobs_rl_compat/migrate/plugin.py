@@ -152,8 +152,8 @@ def _edit_robot(
         (r"    friction=.*\n", _friction_text(robot.friction)),
         (r"    # sensors=.*\n", _lidars_text(robot.lidars)),
     ):  # fmt: skip
-        text, found = re.subn(old, new, text)
-        if not found:
+        text, count = re.subn(old, new, text)
+        if not count:
             raise ValueError(f"the scaffold of a robot has no text that matches {old!r}")
     if robot.lidars:
         text = text.replace("DriveGains, Robot", "DriveGains, Lidar, Robot")

@@ -22,7 +22,7 @@ class NotOfferedError(MoveItCommanderException, AttributeError):
 
     def __init__(self, owner: str, name: str, available: Iterable[str]) -> None:
         self.owner, self.missing = owner, name
-        self.available = tuple(sorted(found for found in available if not found.startswith("_")))
+        self.available = tuple(sorted(one for one in available if not one.startswith("_")))
         suggestion = nearest(name, self.available)
         hint = f" The nearest name is '{suggestion}'." if suggestion else ""
         super().__init__(

@@ -432,7 +432,7 @@ class MoveGroupCommander:
                 f"the group '{self._group.name}' has no end-effector link, because its joints do not form a chain; "
                 "pass the name of a link."
             )
-        links = [found.name for found in self._description.model.links]
+        links = [each.name for each in self._description.model.links]
         if link not in links:
             raise MoveItCommanderException(
                 f"the robot has no link '{link}'; the available links are: {', '.join(links)}."

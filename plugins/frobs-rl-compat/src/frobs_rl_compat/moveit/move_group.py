@@ -100,10 +100,10 @@ class MoveGroup:
     def _reconfigure(self, request: Any) -> Any:
         import rospy
 
-        found = settings.changed(rospy.get_param("~trajectory_execution", {}), request.config)
-        for name, value in found.items():
+        changed = settings.changed(rospy.get_param("~trajectory_execution", {}), request.config)
+        for name, value in changed.items():
             rospy.set_param(f"~trajectory_execution/{name}", value)
-        return settings.as_config(found)
+        return settings.as_config(changed)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -98,10 +98,10 @@ def _names(given: str, namespace: str) -> list[str]:
         return [given]
     import rospy
 
-    found = load_yaml(path)
-    for name, settings in found.items():
+    parameters = load_yaml(path)
+    for name, settings in parameters.items():
         rospy.set_param(join(namespace, name), settings)
-    return list(found)
+    return list(parameters)
 
 
 def _parse(program: str, given: list[str]) -> Any:

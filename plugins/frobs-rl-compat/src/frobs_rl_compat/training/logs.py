@@ -50,8 +50,8 @@ def log_folder(path: Path, on_existing: str) -> Path:
 
 def _make_next(path: Path) -> Path:
     """Create the first folder whose name is free, so that models created at the same time get different folders."""
-    found = re.fullmatch(r"(.+)_(\d+)", path.name)
-    stem, number = (found[1], int(found[2])) if found else (path.name, 0)
+    match = re.fullmatch(r"(.+)_(\d+)", path.name)
+    stem, number = (match[1], int(match[2])) if match else (path.name, 0)
     while True:
         try:
             path.mkdir(parents=True)

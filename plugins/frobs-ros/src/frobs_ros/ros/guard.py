@@ -40,12 +40,12 @@ def descendants(pid: int) -> list[int]:
                 continue  # the process has ended in the meantime
             if fields[0] != b"Z":
                 children.setdefault(int(fields[1]), []).append(int(entry))
-    found, todo = [], [pid]
+    pids, todo = [], [pid]
     while todo:
         below = sorted(children.get(todo.pop(0), ()))
-        found += below
+        pids += below
         todo += below
-    return found
+    return pids
 
 
 def _signal(pids: list[int], number: int) -> None:

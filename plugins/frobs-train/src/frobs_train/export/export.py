@@ -91,8 +91,8 @@ def compare(algorithm: Algorithm, policy: Policy, env: gym.vector.VectorEnv[Any,
     worst = 0.0
     for _ in range(_STEPS):
         expected, state = algorithm.predict(observation, state, start)
-        found = policy.act(observation)
-        worst = max(worst, difference(env.single_action_space, expected, found, policy.scores))
+        actual = policy.act(observation)
+        worst = max(worst, difference(env.single_action_space, expected, actual, policy.scores))
         if worst == math.inf:  # do not step the environment with non-finite actions
             break
         observation, _, terminated, truncated, _ = env.step(expected)

@@ -151,11 +151,11 @@ def _at(steps: Floats, member: _Curves, name: str) -> Floats:
 
 def _mark_evaluation(axis: Any, member: _Curves, color: str, annotate: bool) -> None:
     """Mark the latest evaluation that reported success, with its confidence interval."""
-    found = [result for result in member.run.evaluations() if result.get("success_rate") is not None
+    results = [result for result in member.run.evaluations() if result.get("success_rate") is not None
              and result.get("success_interval") is not None]  # fmt: skip
-    if not found:
+    if not results:
         return
-    latest = max(found, key=lambda result: (result["steps"], result["episodes"]))
+    latest = max(results, key=lambda result: (result["steps"], result["episodes"]))
     rate, interval = 100.0 * latest["success_rate"], latest["success_interval"]
     error = [[rate - 100.0 * interval[0]], [100.0 * interval[1] - rate]]
     axis.errorbar(

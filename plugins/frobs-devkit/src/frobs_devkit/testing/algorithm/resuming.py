@@ -91,8 +91,8 @@ def continues_exactly(subject: AlgorithmUnderTest) -> None:
         "the actions of a resumed training run differ from those of a whole one.",
     )
     expect_same(uninterrupted.predict(seen)[0], resumed.predict(seen)[0], "predictions of a resumed training run")
-    for steps, row, found in zip(after, saving.rows[len(before) :], again.rows, strict=True):
-        expect_same(row, found, f"the metrics at step {steps} of a resumed training run")
+    for steps, row, row_again in zip(after, saving.rows[len(before) :], again.rows, strict=True):
+        expect_same(row, row_again, f"the metrics at step {steps} of a resumed training run")
 
 
 @after("same_seed_repeats", "load_equals_save")

@@ -154,8 +154,8 @@ class AlgorithmUnderTest:
         """Return how two training runs differ in actions, metrics or predictions, or None if they are identical."""
         if one[1].env.actions != other[1].env.actions:
             return "the actions during training differ"
-        for steps, expected, found in zip(one[1].steps, one[1].rows, other[1].rows, strict=False):
-            text = difference(expected, found)
+        for steps, expected, actual in zip(one[1].steps, one[1].rows, other[1].rows, strict=False):
+            text = difference(expected, actual)
             if text:
                 return f"the metrics at step {steps} differ: {text}"
         seen = self.observations(8)

@@ -225,9 +225,9 @@ def reset_honours_the_mask(subject: ControllerUnderTest) -> None:
                 one.step(action)
         bound.begin(mask)
         for action in bound.actions(subject.count(5), seed=5):
-            found, kept, anew = bound.step(action), other.step(action), fresh.step(action)
-            expect_same(kept[1:], found[1:], "commands of environments that were not reset")
-            expect_same(anew[0], found[0], "commands of the reset environment, compared with a new controller")
+            partly_reset, kept, anew = bound.step(action), other.step(action), fresh.step(action)
+            expect_same(kept[1:], partly_reset[1:], "commands of environments that were not reset")
+            expect_same(anew[0], partly_reset[0], "commands of the reset environment, compared with a new controller")
 
 
 def rows_equal_singles(subject: ControllerUnderTest) -> None:

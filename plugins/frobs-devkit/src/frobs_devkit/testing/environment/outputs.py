@@ -112,8 +112,8 @@ def _late_columns(env: gym.Env[Any, Any]) -> set[int]:
     if not hasattr(base, "observations"):
         return set()
     columns = base.observations.columns
-    found = [columns[term] for term in base.task.late_terms if term in columns]
-    return {column for key, part in found if key == VECTORS for column in range(part.start, part.stop)}
+    parts = [columns[term] for term in base.task.late_terms if term in columns]
+    return {column for key, part in parts if key == VECTORS for column in range(part.start, part.stop)}
 
 
 def _returned(env: gym.Env[Any, Any], steps: int = _STEPS, seed: int = 0) -> Iterator[tuple[int, Any, Any]]:

@@ -146,8 +146,8 @@ def home_is_free(subject: RobotUnderTest) -> None:
     with subject.build() as (sim, _robot):
         overlaps = sim.overlaps()
     if overlaps is not None:
-        found = [f"{overlap.first} and {overlap.second}" for overlap in overlaps]
-        expect(not found, f"in the home position, these links overlap: {'; '.join(found)}.")
+        texts = [f"{overlap.first} and {overlap.second}" for overlap in overlaps]
+        expect(not texts, f"in the home position, these links overlap: {'; '.join(texts)}.")
         return
     assert subject.simulator is not None
     if subject.simulator.capabilities.get("contacts", Level.UNSUPPORTED) == Level.UNSUPPORTED:

@@ -37,8 +37,8 @@ def joints_are_the_files(subject: SimulatorUnderTest) -> None:
             robot.home, robot.joint_positions, subject.at_home, "joint_positions after a reset, compared with home"
         )
         gains = [np.tile([ARM.gains.of(name)[i] for name in model.joint_names], (sim.num_envs, 1)) for i in (0, 1)]  # type: ignore[union-attr]
-        for name, gain, found in zip(("Kp", "Kd"), gains, robot.drive_gains(), strict=True):
-            expect_close(gain, found, 1e-9, f"drive_gains(): {name}")
+        for name, gain, actual in zip(("Kp", "Kd"), gains, robot.drive_gains(), strict=True):
+            expect_close(gain, actual, 1e-9, f"drive_gains(): {name}")
 
 
 def frames_are_current(subject: SimulatorUnderTest) -> None:
@@ -73,9 +73,9 @@ def given_joints_leave_the_state(subject: SimulatorUnderTest) -> None:
         expect_same(before, after, "the state after a call of frame_pose(frame, joint_positions)")
         if subject.level("teleport"):
             robot.write_base_pose(np.array([[1.0, 2.0, 3.0]]), np.array([[0.0, 1.0, 0.0, 0.0]]))
-            found = robot.frame_pose("tcp", given)
+            actual = robot.frame_pose("tcp", given)
             expect_same_pose(
-                expected, found, _TOLERANCE, "5 given vectors after the base has moved from its initial pose"
+                expected, actual, _TOLERANCE, "5 given vectors after the base has moved from its initial pose"
             )
 
 
@@ -106,8 +106,8 @@ def frame_velocity_is_current(subject: SimulatorUnderTest) -> None:
             sim.step(5)
             for frame in ("tcp", "fore"):
                 expected = (robot.frame_jacobian(frame) * robot.joint_velocities[:, None, :]).sum(-1)
-                found = np.concatenate(robot.frame_velocity(frame), axis=1)
-                expect_close(expected, found, _TOLERANCE, f"frame_velocity('{frame}') after step {k + 1}")
+                actual = np.concatenate(robot.frame_velocity(frame), axis=1)
+                expect_close(expected, actual, _TOLERANCE, f"frame_velocity('{frame}') after step {k + 1}")
             fastest = max(fastest, float(np.abs(robot.joint_velocities).max()))
     if fastest <= 1e-2:
         raise Inconclusive("no joint moved")
@@ -131,8 +131,8 @@ def bases_are_placed(subject: SimulatorUnderTest) -> None:
         robot.write_base_pose(*tilted, mask)
         for i in range(sim.num_envs):
             pose = tilted if mask[i] else (before[0][[i]], before[1][[i]])
-            found = robot.base_pose[0][[i]], robot.base_pose[1][[i]]
-            expect_same_pose(pose, found, _TOLERANCE, f"base_pose of environment {i}, after writing to environment 0")
+            actual = robot.base_pose[0][[i]], robot.base_pose[1][[i]]
+            expect_same_pose(pose, actual, _TOLERANCE, f"base_pose of environment {i}, after writing to environment 0")
         _expect_frame(robot, "tcp", "after write_base_pose")
 
 

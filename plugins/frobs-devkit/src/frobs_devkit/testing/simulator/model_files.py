@@ -69,14 +69,14 @@ def _expect_followed(robot: RobotHandle, tolerance: float, which: str) -> None:
 def overlaps_are_told(subject: SimulatorUnderTest) -> None:
     """``overlaps`` reports all overlapping links that are not neighbors, with the depth of the overlap."""
     with subject.build(PILE, num_envs=1) as (sim, _):
-        found = sim.overlaps()
-        if found is None:
+        overlaps = sim.overlaps()
+        if overlaps is None:
             raise NotApplicable("the simulator does not report overlaps")
         expect(
-            [{overlap.first, overlap.second} for overlap in found] == [{"a", "c"}],
-            f"overlaps() returns {found}; of three balls in a row, 'a' and 'c' overlap, and the others are neighbors.",
+            [{overlap.first, overlap.second} for overlap in overlaps] == [{"a", "c"}],
+            f"overlaps() returns {overlaps}; of three balls in a row, 'a' and 'c' overlap, and the others are neighbors.",
         )
-        expect_close(PILE_DEPTH, found[0].depth, 1e-4, "depth of the overlap of two balls [m]")
+        expect_close(PILE_DEPTH, overlaps[0].depth, 1e-4, "depth of the overlap of two balls [m]")
         with expect_raises(UnknownNameError, "overlaps('no_such_robot')"):
             sim.overlaps("no_such_robot")
 

@@ -66,8 +66,8 @@ def gains_show(subject: SimulatorUnderTest) -> None:
         kd = np.array([100.0, 0.2]) * (1.0 + 0.5 * np.arange(n)[:, None])
         _write(sim, "stiffness", "robot", kp)
         _write(sim, "damping", "robot", kd)
-        for name, gain, found in zip(("Kp", "Kd"), (kp, kd), robot.drive_gains(), strict=True):
-            expect_close(gain, found, 1e-9, f"drive_gains() after write_parameter: {name}")
+        for name, gain, actual in zip(("Kp", "Kd"), (kp, kd), robot.drive_gains(), strict=True):
+            expect_close(gain, actual, 1e-9, f"drive_gains() after write_parameter: {name}")
         q, v = robot.joint_positions.copy(), np.zeros((n, 2))
         robot.command(np.full((n, 2), 0.05))
         for _ in range(40):

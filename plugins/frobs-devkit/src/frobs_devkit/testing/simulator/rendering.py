@@ -121,5 +121,5 @@ def fast_pictures_show_the_same(subject: SimulatorUnderTest) -> None:
 
 def _red(rgb: np.ndarray[Any, Any]) -> Mask:
     red, green, blue = np.moveaxis(rgb.astype(np.int64), -1, 0)
-    found: Mask = (red > 90) & (green < 0.6 * red) & (blue < 0.6 * red)
-    return found
+    mask: Mask = (red > 90) & (green < 0.6 * red) & (blue < 0.6 * red)
+    return mask

@@ -49,8 +49,8 @@ def floating_bases_fly(subject: SimulatorUnderTest) -> None:
         n = sim.num_envs
         linear, angular = spread(-1, 1, (n, 3)), spread(-1, 1, (n, 3), seed=1)
         robot.write_base_twist(linear, angular)
-        for name, expected, found in zip(("lin", "ang"), (linear, angular), robot.base_twist, strict=True):
-            expect_close(expected, found, 1e-9, f"{name}_vel_world of the base after it was written")
+        for name, expected, actual in zip(("lin", "ang"), (linear, angular), robot.base_twist, strict=True):
+            expect_close(expected, actual, 1e-9, f"{name}_vel_world of the base after it was written")
         robot.write_base_twist(linear, np.zeros((n, 3)))
         before = robot.base_pose[0].copy()
         sim.step(1)

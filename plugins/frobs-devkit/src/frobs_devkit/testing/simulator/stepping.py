@@ -38,7 +38,7 @@ def updates_come_between_steps(subject: SimulatorUnderTest) -> None:
     if subject.record.is_paced:
         raise NotApplicable("the simulator is paced, so its physics steps differ between runs")
     efforts = np.array([[5.0, 0.1], [-9.0, 0.3], [20.0, -0.2], [1.0, 0.4]])  # (decimation, dof)
-    found, times = [], []
+    velocities, times = [], []
     for rows in (True, False):
         with subject.build(LIFT, mode=CommandMode.EFFORT, num_threads=1) as (sim, robot):
             n = sim.num_envs
@@ -53,12 +53,12 @@ def updates_come_between_steps(subject: SimulatorUnderTest) -> None:
 
                 robot.command(np.tile(efforts[0], (n, 1)))
                 sim.step_with(4, update)
-            found.append(robot.joint_velocities.copy())
+            velocities.append(robot.joint_velocities.copy())
     expected = TIMESTEP * np.arange(1, 4)[:, None].repeat(n, axis=1)
     expect_close(expected, times, 1e-9, "times at which step_with(4, …) calls its function [s]")
     expect_close(
-        found[0],
-        found[1],
+        velocities[0],
+        velocities[1],
         1e-9,
         "velocities after commands in step_with, compared with one command with a row per step",
     )
@@ -86,9 +86,9 @@ def rows_equal_singles(subject: SimulatorUnderTest) -> None:
         expected = move(sim, robot, 8)
     for i in range(n):
         with subject.build(bodies=subject.free_bodies, num_envs=1) as (sim, robot):
-            found = move(sim, robot, 8, rows=n, row=i)
+            alone = move(sim, robot, 8, rows=n, row=i)
         row = {name: array[[i]] for name, array in expected.items()}
-        expect_state(subject, row, found, f"a single simulation compared with environment {i} of {n}")
+        expect_state(subject, row, alone, f"a single simulation compared with environment {i} of {n}")
 
 
 @verifies("pause")
@@ -126,15 +126,15 @@ def _expect_contained(subject: SimulatorUnderTest, speed: float, expected: dict[
         first = np.arange(sim.num_envs) == 0
         robot.write_joint_state(robot.home[:1], np.full((1, 2), speed), first)
         sim.step(40)
-        found = state_of(sim, robot)
+        state = state_of(sim, robot)
         for name in expected:
             expect_same(
-                expected[name][1:], found[name][1:], f"{name} of the other environments while environment 0 diverges"
+                expected[name][1:], state[name][1:], f"{name} of the other environments while environment 0 diverges"
             )
         diverged = sim.diverged
         noted = diverged is not None and bool(diverged[0])
-        sound = np.isfinite(found["positions"][0]).all() and np.abs(found["positions"][0]).max() < 1e6
-        expect(noted or sound, f"environment 0 diverged to {found['positions'][0]}, but 'diverged' does not report it.")
+        sound = np.isfinite(state["positions"][0]).all() and np.abs(state["positions"][0]).max() < 1e6
+        expect(noted or sound, f"environment 0 diverged to {state['positions'][0]}, but 'diverged' does not report it.")
         expect(diverged is None or not diverged[1:].any(), "'diverged' reports environments that did not diverge.")
         sim.reset(first)
         expect(sim.diverged is None or not sim.diverged.any(), "'diverged' is not cleared by the reset.")
