@@ -283,7 +283,7 @@ class MoveGroupCommander:
     def set_workspace(self, ws: Sequence[float]) -> None:
         """Validate a workspace, which is either an empty list or two corners given as 4 or 6 numbers.
 
-        As in MoveIt, a workspace limits only the motion of mobile bases, which this stand-in does not support.
+        As in MoveIt, a workspace limits only the motion of mobile bases, which this replacement does not support.
         """
         corners = [float(value) for value in ws]
         half = len(corners) // 2

@@ -19,7 +19,7 @@ class PlanningSceneInterface:
 
     Args:
         ns: Namespace of ``move_group``.
-        synchronous: Ignored, because calls to this stand-in are always synchronous.
+        synchronous: Ignored, because calls to this replacement are always synchronous.
         service_timeout: Maximum time to wait for ``move_group`` [s].
 
     Raises:

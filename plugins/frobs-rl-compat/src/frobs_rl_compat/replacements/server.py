@@ -1,4 +1,4 @@
-"""Start the bridge instead of Gazebo's server, for the stand-in of ``gazebo_ros``."""
+"""Start the bridge instead of Gazebo's server, for the replacement of ``gazebo_ros``."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from pathlib import Path
 
 from frobs_core.util.errors import ConfigurationError, FrobsError, MissingFileError, ParameterValueError
 from frobs_models import path_folders
+from frobs_rl_compat.replacements import arguments
 from frobs_rl_compat.ros import backends
-from frobs_rl_compat.stand_ins import arguments
 
 _EMPTY = ("", "empty.world", "worlds/empty.world")
 """Names of the empty world, which does not require a file."""

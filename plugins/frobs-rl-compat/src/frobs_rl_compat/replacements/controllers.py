@@ -11,9 +11,9 @@ from typing import Any
 
 from frobs_core.util.errors import FrobsError
 from frobs_core.util.yaml import load_yaml
+from frobs_rl_compat.replacements import arguments
 from frobs_rl_compat.ros import ros_controllers
 from frobs_rl_compat.ros.logged_errors import or_raise
-from frobs_rl_compat.stand_ins import arguments
 from frobs_ros.ros import services
 from frobs_ros.ros.environment import use_ros
 from frobs_ros.ros.master import require

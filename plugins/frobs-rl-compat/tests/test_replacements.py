@@ -1,4 +1,4 @@
-"""What the stand-ins of ROS packages accept and reject; tests of whole launch files are in frobs-rl-compat."""
+"""What the replacements of ROS packages accept and reject; tests of whole launch files are in frobs-rl-compat."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from frobs_core.util.errors import FrobsError
-from frobs_rl_compat import stand_ins
-from frobs_rl_compat.stand_ins import STAND_INS, expand, server, spawn_model
+from frobs_rl_compat import replacements
+from frobs_rl_compat.replacements import REPLACEMENTS, expand, server, spawn_model
 
 ARM = Path(__file__).parent / "packages" / "tiny_arm"
 
@@ -46,7 +46,7 @@ def test_worlds_are_found_by_path_and_in_the_resource_path(monkeypatch: pytest.M
     ],
 )
 @pytest.mark.ros_feature(
-    "recording, physics other than ode, and enable_ros_network:=false in empty_world.launch", "stand-in", works=False
+    "recording, physics other than ode, and enable_ros_network:=false in empty_world.launch", "replacement", works=False
 )
 def test_what_the_bridge_cannot_do_is_rejected(given: list[str], message: str) -> None:
     with pytest.raises(FrobsError) as caught:
@@ -79,7 +79,7 @@ def test_spawn_model_needs_a_format_a_source_and_a_name(given: list[str], monkey
     assert caught.value.code == 2
 
 
-@pytest.mark.ros_feature("xacro", "stand-in")
+@pytest.mark.ros_feature("xacro", "replacement")
 def test_xacro_prints_or_writes_the_urdf(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -97,20 +97,20 @@ def test_xacro_prints_or_writes_the_urdf(
     assert "the file does not exist" in capsys.readouterr().err
 
 
-def test_stand_ins_are_offered_only_for_packages_that_are_missing(
+def test_replacements_are_offered_only_for_packages_that_are_missing(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     (tmp_path / "xacro").mkdir()
     (tmp_path / "xacro" / "package.xml").write_text("<package><name>xacro</name></package>")
-    monkeypatch.setenv("ROS_PACKAGE_PATH", f"{STAND_INS}:{tmp_path}")
-    monkeypatch.setattr(stand_ins, "PACKAGES", ("gazebo_ros", "xacro"))
-    assert stand_ins.has_original("gazebo_ros") is False
-    monkeypatch.setenv("ROS_PACKAGE_PATH", f"{tmp_path}:{STAND_INS}")
-    assert stand_ins.missing_packages() == [STAND_INS / "gazebo_ros"]
+    monkeypatch.setenv("ROS_PACKAGE_PATH", f"{REPLACEMENTS}:{tmp_path}")
+    monkeypatch.setattr(replacements, "PACKAGES", ("gazebo_ros", "xacro"))
+    assert replacements.has_original("gazebo_ros") is False
+    monkeypatch.setenv("ROS_PACKAGE_PATH", f"{tmp_path}:{REPLACEMENTS}")
+    assert replacements.missing_packages() == [REPLACEMENTS / "gazebo_ros"]
 
 
 def test_every_stand_in_is_a_package_whose_programs_can_be_started() -> None:
-    assert sorted(path.parent.name for path in STAND_INS.glob("*/package.xml")) == sorted(stand_ins.PACKAGES)
-    programs = [path for path in STAND_INS.glob("*/**/*") if path.is_file() and path.read_bytes().startswith(b"#!")]
+    assert sorted(path.parent.name for path in REPLACEMENTS.glob("*/package.xml")) == sorted(replacements.PACKAGES)
+    programs = [path for path in REPLACEMENTS.glob("*/**/*") if path.is_file() and path.read_bytes().startswith(b"#!")]
     assert len(programs) == 6
     assert all(os.access(path, os.X_OK) for path in programs)

@@ -12,7 +12,7 @@ from frobs_core.util.rotations import quat_from_rpy
 from frobs_models import path_folders
 from frobs_rl_compat.gazebo.poses import pose_message
 from frobs_rl_compat.gazebo.spawn import RefusedError
-from frobs_rl_compat.stand_ins import arguments
+from frobs_rl_compat.replacements import arguments
 from frobs_ros.errors import MasterError, ServiceError
 from frobs_ros.ros.environment import use_ros
 from frobs_ros.ros.master import master_uri, require
