@@ -178,7 +178,7 @@ def _findings(
             'the plugin\'s author should add an upper bound: dependencies = ["frobs-core>=0.3,<0.4"]',
         )
     yield from _clashes(candidate, seen, offers)
-    yield from _manners(seen)
+    yield from _import_effects(seen)
 
 
 def _clashes(
@@ -202,7 +202,7 @@ def _clashes(
                 )
 
 
-def _manners(seen: Probe) -> Iterable[Finding]:
+def _import_effects(seen: Probe) -> Iterable[Finding]:
     heavy = [name for name in HEAVY if name in seen.modules]
     if heavy:
         yield warning(
