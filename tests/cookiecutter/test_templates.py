@@ -77,7 +77,7 @@ def test_the_paced_simulator_is_what_is_rendered_without_its_record(new: Any) ->
     kept = rendered.read_text("utf-8").splitlines()
     assert [line for line in kept if line not in plain] == []
     left_out = [line for line in plain if line and line not in kept]
-    assert "from frobs_core.plugins.records import SimulatorRecord" in left_out
+    assert "from frobs_core.plugins.records import Level, SimulatorRecord" in left_out
     assert 'if __name__ == "__main__" and len(sys.argv) == 2:  # the process of the world' in kept
     assert len(left_out) < 16
 
