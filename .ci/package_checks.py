@@ -99,14 +99,14 @@ def _metadata(facts: Message) -> Iterator[str]:
         yield "a classifier must not repeat the license expression"
     if facts["Author"] != AUTHOR:
         yield f"the author must be '{AUTHOR}'"
-    for wanted in (
+    for prefix in (
         "Development Status ::",
         "Operating System ::",
         "Programming Language :: Python :: 3.11",
         "Topic ::",
     ):
-        if not any(classifier.startswith(wanted) for classifier in classifiers):
-            yield f"no classifier begins with '{wanted}'"
+        if not any(classifier.startswith(prefix) for classifier in classifiers):
+            yield f"no classifier begins with '{prefix}'"
     if not facts["Keywords"] or not facts["Summary"]:
         yield "the summary or the keywords are missing"
     text = str(facts.get_payload())
@@ -126,9 +126,9 @@ def _bounds(facts: Message) -> Iterator[str]:
         requirement = Requirement(line)
         if requirement.name.startswith("frobs"):
             exact = (facts["Name"], requirement.name) in EXACT
-            wanted = SpecifierSet(f"=={version}") if exact else usual
-            if requirement.specifier != wanted:
-                yield f"it requires '{line}', but the bounds must be '{wanted}'"
+            bounds = SpecifierSet(f"=={version}") if exact else usual
+            if requirement.specifier != bounds:
+                yield f"it requires '{line}', but the bounds must be '{bounds}'"
 
 
 def _dist_info(wheel: Path) -> str:

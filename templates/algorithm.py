@@ -112,7 +112,7 @@ class CrossEntropy(Algorithm):
 
     def save(self, folder: Path, previous: Path | None = None) -> None:
         """Write the settings and the generator state as JSON, and the distribution as plain arrays."""
-        told = {
+        content = {
             "format": FORMAT,
             "config": self._config.model_dump(mode="json"),
             "steps": self._steps,
@@ -120,7 +120,7 @@ class CrossEntropy(Algorithm):
             "observation_space": _space_to_json(self.observation_space),
             "action_space": _space_to_json(self.action_space),
         }
-        write_json(folder / "algorithm.json", spell_numbers(told))
+        write_json(folder / "algorithm.json", spell_numbers(content))
         with (folder / "distribution.npz").open("wb") as file:
             np.savez(file, allow_pickle=False, mean=self._mean, deviation=self._deviation)
 
@@ -129,14 +129,14 @@ class CrossEntropy(Algorithm):
         """Load a folder written by :meth:`save`. If an environment is given, training can continue."""
         self = cls.__new__(cls)
         try:
-            told = read_numbers(json.loads((folder / "algorithm.json").read_text("utf-8")))
-            if told["format"] != FORMAT:
-                raise CheckpointError(f"{folder} has format {told['format']}, but {FORMAT} is required.")
-            observed, acted = _space_from_json(told["observation_space"]), _space_from_json(told["action_space"])
-            self._build(observed, acted, _settings(told["config"]))
-            self._env, self._steps = env, told["steps"]
+            content = read_numbers(json.loads((folder / "algorithm.json").read_text("utf-8")))
+            if content["format"] != FORMAT:
+                raise CheckpointError(f"{folder} has format {content['format']}, but {FORMAT} is required.")
+            observed, acted = _space_from_json(content["observation_space"]), _space_from_json(content["action_space"])
+            self._build(observed, acted, _settings(content["config"]))
+            self._env, self._steps = env, content["steps"]
             self._rng = np.random.default_rng()
-            self._rng.bit_generator.state = told["generator"]
+            self._rng.bit_generator.state = content["generator"]
             with (folder / "distribution.npz").open("rb") as file, np.load(file, allow_pickle=False) as arrays:
                 self._mean, self._deviation = arrays["mean"], arrays["deviation"]
         except (OSError, EOFError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
@@ -221,11 +221,11 @@ def _space_to_json(space: Any) -> dict[str, Any]:
     return {"low": space.low.tolist(), "high": space.high.tolist(), "dtype": str(space.dtype)}
 
 
-def _space_from_json(told: Mapping[str, Any]) -> gym.Space[Any]:
-    if "n" in told:
-        return gym.spaces.Discrete(told["n"], start=told["start"])
-    dtype = np.dtype(told["dtype"])
-    return gym.spaces.Box(np.array(told["low"], dtype), np.array(told["high"], dtype), dtype=dtype.type)
+def _space_from_json(content: Mapping[str, Any]) -> gym.Space[Any]:
+    if "n" in content:
+        return gym.spaces.Discrete(content["n"], start=content["start"])
+    dtype = np.dtype(content["dtype"])
+    return gym.spaces.Box(np.array(content["low"], dtype), np.array(content["high"], dtype), dtype=dtype.type)
 
 
 @hookimpl

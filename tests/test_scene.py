@@ -6,7 +6,7 @@ import frobs_core.plugins
 from frobs_core.description import Attachment, Body, Scene, Shape
 from frobs_core.models import Box, Pose, Sphere
 from frobs_core.util.errors import ParameterValueError, SceneError
-from frobs_devkit.testing.simulator.subject import SimulatorUnderTest
+from frobs_devkit.testing.simulator.under_test import SimulatorUnderTest
 
 MOMENTS = (0.1, 0.0, 0.0, 0.1, 0.0, 0.1)
 

@@ -53,11 +53,11 @@ def write_reference(folder: Path) -> None:
     """Write all pages; a page that is up to date keeps its time, so that it is not built again."""
     pages = {name: page() for name, page in PAGES.items()}
     pages |= environments.pages(folder) | api.pages()
-    wanted = {folder / f"{name}.rst": text for name, text in pages.items()}
-    wanted |= {folder / name: write() for name, write in INSERTS.items()}
-    for stale in set(folder.rglob("*.rst")) - set(wanted):
+    files = {folder / f"{name}.rst": text for name, text in pages.items()}
+    files |= {folder / name: write() for name, write in INSERTS.items()}
+    for stale in set(folder.rglob("*.rst")) - set(files):
         stale.unlink()
-    for path, text in wanted.items():
+    for path, text in files.items():
         if not path.exists() or path.read_text() != text:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text)

@@ -1,13 +1,13 @@
 """The page of the hooks and of the records that they return."""
 
-from frobs_core.plugins.hooks import __dict__ as hookspecs
+from frobs_core.plugins import hooks
 from frobs_core.plugins.records import KINDS, RECORDS
 from generate.rst import directive, heading, label, table
 
 
 def names() -> list[str]:
     """Return the hooks' names, in the order of the file."""
-    return [name for name, value in hookspecs.items() if hasattr(value, "frobs_spec")]
+    return [name for name, value in vars(hooks).items() if hasattr(value, "frobs_spec")]
 
 
 def page() -> str:

@@ -55,14 +55,14 @@ def _moments(env: gym.Env[Any, Any], run: BundleRun | None) -> list[np.ndarray]:
         return [env.render()]
     policy = run.policy(env.observation_space, env.action_space)
     for seed in SEEDS:
-        wanted, succeeded = _wanted(env, policy, seed)
+        steps, succeeded = _wanted(env, policy, seed)
         if succeeded:
             break
     observation, _ = env.reset(seed=seed)
     frames = [env.render()]
-    for step in range(1, max(wanted) + 1):
+    for step in range(1, max(steps) + 1):
         observation = env.step(_action(policy, observation, step == 1))[0]
-        if step in wanted:
+        if step in steps:
             frames.append(env.render())
     return frames
 

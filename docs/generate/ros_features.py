@@ -20,7 +20,7 @@ BEHIND = {
     "mujoco": "bridge over MuJoCo",
     "pybullet": "bridge over PyBullet",
     "gazebo": "bridge over Gazebo 11",
-    "stand-in": "stand-in of FRobs",
+    "replacement": "replacement of FRobs",
 }
 """What can stand behind a capability, in the order of the table."""
 
@@ -183,7 +183,7 @@ def page(marks: list[Mark] | None = None) -> str:
         "Each row is a feature of ROS 1 or of gazebo_ros. The page is generated from the tests of these features, so a "
         "feature without a test does not appear. The ROS master and the clients in these tests are those of ROS Noetic in "
         "Debian 12. The second column names the implementation that responds to them. The bridge over Gazebo 11 runs without "
-        "gazebo_ros, which Debian does not provide; no test runs Gazebo with the original gazebo_ros. A stand-in is a program "
+        "gazebo_ros, which Debian does not provide; no test runs Gazebo with the original gazebo_ros. A replacement is a program "
         "or module of FRobs with the name and the behavior of a ROS package that Debian does not provide.\n\n"
     )
     for group, names in FEATURES.items():

@@ -20,14 +20,13 @@ import frobs_train.errors
 from frobs_cli.parameters import descriptions
 from frobs_core import contracts as interfaces
 from frobs_core import models, plugins
-from frobs_core.plugins import capabilities, loading, registry
-from frobs_core.plugins import hooks as hookspecs
+from frobs_core.plugins import capabilities, hooks, loading, registry
 from frobs_devkit.testing import plugin as plugin_checks
 
 specs = import_module("frobs_core.plugins.records")  # the package has a function of this name
 HOOKS = [
     value
-    for name, value in vars(hookspecs).items()
+    for name, value in vars(hooks).items()
     if hasattr(value, "frobs_spec") and name not in loading.DEPRECATED_HOOKS
 ]
 ERRORS = [
@@ -56,10 +55,10 @@ def test_there_is_a_hook_for_every_record() -> None:
 @pytest.mark.parametrize("hook", HOOKS, ids=short)
 def test_the_example_of_a_hook_has_what_the_kit_demands(hook: Callable[..., object]) -> None:
     example = textwrap.dedent((inspect.getdoc(hook) or "").partition("Example::\n")[2].partition("\n\nDo not")[0])
-    names = {**vars(specs), "hookimpl": hookspecs.hookimpl, "Level": capabilities.Level}
+    names = {**vars(specs), "hookimpl": hooks.hookimpl, "Level": capabilities.Level}
     exec(example, names)
     records = names[short(hook)]()
-    kinds = {short(hook).removeprefix("frobs_").removesuffix("s")} if hook is not hookspecs.frobs_extensions else None
+    kinds = {short(hook).removeprefix("frobs_").removesuffix("s")} if hook is not hooks.frobs_extensions else None
     assert all(type(record) is specs.RECORDS[record.kind] for record in records)
     assert {record.kind for record in records} == kinds or not kinds
     subject = SimpleNamespace(records=[(record.kind, record) for record in records])

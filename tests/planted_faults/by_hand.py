@@ -176,7 +176,7 @@ _TABLE = (
     ("a snapshot that keeps changing", _COMMANDED,
      'def stored_arrays(self)', 'def snapshot(self)'),
     ("a velocity beyond the limit", _VELOCITY, "np.minimum(velocity, self._upper, out=velocity)", "pass"),
-    ("wheels beyond what was asked", _DRIVE, "np.minimum(wanted, self._ones, out=wanted)", "pass"),
+    ("wheels beyond what was asked", _DRIVE, "np.minimum(requested, self._ones, out=requested)", "pass"),
     # -- paced simulators --
     ("a step that does not wait for the world", _PACED, _WAIT,
      "self._pacer.time = self._pacer.time + decimation * self.physics_timestep"),

@@ -11,7 +11,7 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode
 
 from frobs_core import plugins
-from frobs_devkit.testing.algorithm.aiming import Aim
+from frobs_devkit.testing.algorithm.baseline_task import Aim
 
 SETTINGS: dict[str, tuple[int, dict[str, Any]]] = {
     "rllib_ppo": (6_000, {"n_steps": 32, "batch_size": 64, "learning_rate": 3e-3, "gamma": 0.5}),
@@ -28,7 +28,7 @@ SETTINGS: dict[str, tuple[int, dict[str, Any]]] = {
 @pytest.mark.parametrize("name", SETTINGS)
 def test_it_learns_to_name_the_number_that_it_sees(name: str, monitor: Any) -> None:
     steps, config = SETTINGS[name]
-    spec = EnvSpec("frobs_test/Aim-v0", "frobs_devkit.testing.algorithm.aiming:Aim", max_episode_steps=10)
+    spec = EnvSpec("frobs_test/Aim-v0", "frobs_devkit.testing.algorithm.baseline_task:Aim", max_episode_steps=10)
     spec.kwargs["discrete"] = False
     env = gym.make_vec(spec, 8, vectorization_mode="sync", vector_kwargs={"autoreset_mode": AutoresetMode.SAME_STEP})
     env.reset(seed=0)

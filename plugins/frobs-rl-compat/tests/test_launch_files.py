@@ -1,4 +1,4 @@
-"""Launch files that include gazebo_ros run unmodified, with the stand-ins of ROS packages that are not installed."""
+"""Launch files that include gazebo_ros run unmodified, with the replacements of ROS packages that are not installed."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def run_launch(run: Callable[..., str], folder: Path, package: str, file: str, *
 
 
 @pytest.mark.slow
-@pytest.mark.ros_feature("launch files with gazebo_ros and spawn_model", "stand-in", "mujoco", "gazebo")
+@pytest.mark.ros_feature("launch files with gazebo_ros and spawn_model", "replacement", "mujoco", "gazebo")
 def test_a_robot_is_spawned_by_a_launch_file_that_includes_gazebo_ros(backend, run_in_workspace, tmp_path):
     shutil.copytree(TINY_ARM, tmp_path / "src" / "tiny_arm")
     (tmp_path / "src" / "tiny_arm" / "launch" / "world.launch").write_text(LAUNCH)
@@ -114,7 +114,7 @@ def test_a_robot_is_spawned_by_a_launch_file_that_includes_gazebo_ros(backend, r
         ("kobuki_maze_rl", "visualize_gazebo.launch", ["maze_world:=worlds/empty.world"], {"model": "mobile_base"}),
     ],
 )
-@pytest.mark.ros_feature("launch files with gazebo_ros and spawn_model", "stand-in", "mujoco")
+@pytest.mark.ros_feature("launch files with gazebo_ros and spawn_model", "replacement", "mujoco")
 def test_launch_files_of_original_packages_run_unmodified(
     run_in_workspace, tmp_path, package, file, arguments, expected
 ):

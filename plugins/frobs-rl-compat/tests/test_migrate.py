@@ -95,7 +95,7 @@ def test_nothing_is_overwritten(made):
     assert sorted(made.path.parent.iterdir()) == before
 
 
-def test_a_package_without_its_robots_file_gets_a_stand_in(tmp_path):
+def test_a_package_without_its_robots_file_gets_a_replacement(tmp_path):
     (tmp_path / "task.py").write_text(
         "import moveit_commander\nfrom frobs_rl.envs import robot_BasicEnv\n"
         "class Arm(robot_BasicEnv.RobotBasicEnv):\n    def __init__(self):\n"

@@ -1,4 +1,4 @@
-"""The stand-in for MoveIt, as packages use it: over the bridge, in processes that 'frobs legacy run' starts."""
+"""The replacement for MoveIt, as packages use it: over the bridge, in processes that 'frobs legacy run' starts."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ def results(run_in_workspace: Callable[..., Callable[..., str]]) -> Callable[[st
 
 
 @pytest.mark.slow
-@pytest.mark.ros_feature("commanders of MoveIt", "stand-in", "mujoco")
-@pytest.mark.ros_feature("dynamic_reconfigure", "stand-in")
+@pytest.mark.ros_feature("commanders of MoveIt", "replacement", "mujoco")
+@pytest.mark.ros_feature("dynamic_reconfigure", "replacement")
 def test_every_function_of_the_commanders_does_what_moveit_does(results):
     told = results("commander.py")
     assert told["robot"] == [["manipulator", "gripper", "everything"], "map", "world", ["finger_joint"]]
@@ -118,7 +118,7 @@ def test_every_function_of_the_commanders_does_what_moveit_does(results):
 
 
 @pytest.mark.slow
-@pytest.mark.ros_feature("planning scene of MoveIt", "stand-in", "mujoco")
+@pytest.mark.ros_feature("planning scene of MoveIt", "replacement", "mujoco")
 def test_motions_avoid_what_the_planning_scene_contains(results):
     told = results("scene.py")
     assert told["topic"] == "moveit_msgs/PlanningScene"

@@ -1,4 +1,4 @@
-"""The parts of the stand-in for MoveIt that need no ROS master: SRDF, limits, planning scene, controllers."""
+"""The parts of the replacement for MoveIt that need no ROS master: SRDF, limits, planning scene, controllers."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def test_what_is_no_pose_is_an_error(numbers):
         poses.from_list(numbers)
 
 
-@pytest.mark.ros_feature("gripper commands through MoveIt", "stand-in", works=False)
+@pytest.mark.ros_feature("gripper commands through MoveIt", "replacement", works=False)
 def test_the_default_controller_is_chosen_and_other_types_are_refused():
     entries = [
         {"name": "slow", "type": "FollowJointTrajectory", "joints": ["a", "b"]},
@@ -196,7 +196,7 @@ HALF = 0.08
 
 
 @pytest.mark.slow
-@pytest.mark.ros_feature("planning scene of MoveIt", "stand-in")
+@pytest.mark.ros_feature("planning scene of MoveIt", "replacement")
 def test_200_planned_motions_touch_nothing_in_mujoco(messages, robot, tmp_path):
     from moveit_msgs.msg import CollisionObject, PlanningScene
     from shape_msgs.msg import SolidPrimitive

@@ -9,9 +9,9 @@ import pytest
 
 from frobs_core.util.errors import ConfigurationError
 from frobs_rl_compat.gazebo.launch import find_world
+from frobs_rl_compat.replacements import has_original
 from frobs_rl_compat.ros import ros_gazebo
 from frobs_rl_compat.ros.backends import Launch, check, choose, command
-from frobs_rl_compat.stand_ins import has_original
 from frobs_ros.ros import master, processes
 from frobs_ros.ros.services import is_offered
 

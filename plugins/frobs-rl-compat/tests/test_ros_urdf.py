@@ -15,7 +15,7 @@ def package_path(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(ARM.parents[2]))
 
 
-@pytest.mark.ros_feature("xacro", "stand-in")
+@pytest.mark.ros_feature("xacro", "replacement")
 def test_a_xacro_is_expanded_with_its_arguments_and_without_ros() -> None:
     text = ros_urdf.urdf_parse_from_path(str(ARM), ["length:=0.7"])
     assert text is not None

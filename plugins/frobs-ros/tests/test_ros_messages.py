@@ -88,7 +88,7 @@ def start(code: str, **variables: str) -> subprocess.Popen[str]:
 
 
 @pytest.mark.parametrize(("name", "checksum"), CHECKSUMS.items(), ids=CHECKSUMS)
-@pytest.mark.ros_feature("messages of packages that Debian does not have", "stand-in")
+@pytest.mark.ros_feature("messages of packages that Debian does not have", "replacement")
 def test_message_has_the_published_checksum(name: str, checksum: str, ros: None) -> None:
     package, short = name.split("/")
     (file,) = message_folder().glob(f"{package}/*/_{short}.py")

@@ -179,7 +179,7 @@ def assert_equal(ours: dict[str, Transform], real: dict[str, Transform]) -> None
 @pytest.mark.parametrize(
     "robot", ["zoo", *(pytest.param(name, marks=pytest.mark.slow) for name in ("irb120", "ur5", "kobuki"))]
 )
-@pytest.mark.ros_feature("tf and robot_state_publisher", "ros", "stand-in")
+@pytest.mark.ros_feature("tf and robot_state_publisher", "ros", "replacement")
 def test_frames_equal_those_of_ros(start: Callable[..., Publisher], robot: str) -> None:
     import rospy
 
@@ -206,7 +206,7 @@ def test_frames_equal_those_of_ros(start: Callable[..., Publisher], robot: str) 
 @pytest.mark.parametrize(
     "prefix", ["/left", *(pytest.param(prefix, marks=pytest.mark.slow) for prefix in ("left", "left/inner"))]
 )
-@pytest.mark.ros_feature("tf and robot_state_publisher", "ros", "stand-in")
+@pytest.mark.ros_feature("tf and robot_state_publisher", "ros", "replacement")
 def test_prefix_stands_before_frames_as_with_ros(start: Callable[..., Publisher], prefix: str) -> None:
     import rospy
 
@@ -221,7 +221,7 @@ def test_prefix_stands_before_frames_as_with_ros(start: Callable[..., Publisher]
     assert_equal(ours.moving[stamp.to_nsec()], real.moving[stamp.to_nsec()])
 
 
-@pytest.mark.ros_feature("tf and robot_state_publisher", "stand-in")
+@pytest.mark.ros_feature("tf and robot_state_publisher", "replacement")
 def test_two_robots_are_told_apart_by_their_prefixes(start: Callable[..., Publisher]) -> None:
     import rospy
 
@@ -258,7 +258,7 @@ def test_every_message_counts_where_time_stamps_are_ignored(start: Callable[...,
         wait_for(lambda n=nanoseconds: 100_000_000_000 + n in ours.moving)
 
 
-@pytest.mark.ros_feature("tf and robot_state_publisher", "stand-in")
+@pytest.mark.ros_feature("tf and robot_state_publisher", "replacement")
 def test_frames_go_on_when_simulated_time_has_gone_back(start: Callable[..., Publisher]) -> None:
     import rospy
     from rosgraph_msgs.msg import Clock

@@ -13,7 +13,7 @@ from frobs_core.contracts import CommandMode
 from frobs_core.description import Body, Contact, Scene
 from frobs_core.models import Box, Pose
 from frobs_core.util.errors import UnknownNameError
-from frobs_devkit.testing.simulator.subject import BALL, SimulatorUnderTest
+from frobs_devkit.testing.simulator.under_test import BALL, SimulatorUnderTest
 from frobs_sim_mujoco.simulation import MujocoSimulation
 
 

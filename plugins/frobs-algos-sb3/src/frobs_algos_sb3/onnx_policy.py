@@ -45,20 +45,20 @@ class PolicyGraph(nn.Module):
     @property
     def lstm(self) -> LstmStep | None:
         """The LSTM step that updates the policy's state, or None if the policy is not recurrent."""
-        found = getattr(self.network, "lstm", None)
-        return found if isinstance(found, LstmStep) else None
+        step = getattr(self.network, "lstm", None)
+        return step if isinstance(step, LstmStep) else None
 
     def examples(self, batch: int) -> dict[str, th.Tensor]:
         """Return example inputs of the correct shapes and types, by name."""
-        found: dict[str, th.Tensor] = {}
+        inputs: dict[str, th.Tensor] = {}
         for key, part in zip(self.keys, self.observation_inputs, strict=True):
             assert isinstance(part, ObservationInput)
-            found[f"observation/{key}" if key else "observation"] = part.example(batch)
+            inputs[f"observation/{key}" if key else "observation"] = part.example(batch)
         if self.lstm is not None:
             shape = (batch, self.lstm.layers, self.lstm.hidden_size)
-            found |= {f"state/{i}": th.zeros(shape) for i in range(2)}
-            found["episode_start"] = th.zeros(batch, dtype=th.bool)
-        return found
+            inputs |= {f"state/{i}": th.zeros(shape) for i in range(2)}
+            inputs["episode_start"] = th.zeros(batch, dtype=th.bool)
+        return inputs
 
     def output_names(self) -> list[str]:
         """Return the names of the outputs of :meth:`forward`."""

@@ -76,17 +76,17 @@ def read(buffer: ReplayBuffer, folder: Path) -> None:
 
 def _arrays(buffer: ReplayBuffer) -> Arrays:
     """Return views of all arrays of a buffer, each of shape (rows, num_envs, …)."""
-    found: Arrays = {}
+    arrays: Arrays = {}
     names = ["observations", "next_observations", "actions", "rewards", "dones", "timeouts"]
     if isinstance(buffer, HerReplayBuffer):
         names += ["ep_start", "ep_length"]
     for name in names:
         value = getattr(buffer, name, None)  # next observations are not stored if memory usage is optimized
         if isinstance(value, dict):
-            found |= {f"{name}/{key}": array for key, array in value.items()}
+            arrays |= {f"{name}/{key}": array for key, array in value.items()}
         elif value is not None:
-            found[name] = value
-    return found
+            arrays[name] = value
+    return arrays
 
 
 def _rows(buffer: ReplayBuffer) -> int:

@@ -35,9 +35,9 @@ _LAST = ("_last_obs", "_last_original_obs", "_last_episode_starts")
 def optimizers(model: BaseAlgorithm) -> dict[str, th.optim.Optimizer]:
     """Return a model's optimizers by name."""
     owners = {"policy": model.policy, "actor": getattr(model, "actor", None), "critic": getattr(model, "critic", None)}
-    found = {name: getattr(owner, "optimizer", None) for name, owner in owners.items()}
-    found["ent_coef"] = getattr(model, "ent_coef_optimizer", None)
-    return {name: optimizer for name, optimizer in found.items() if optimizer is not None}
+    optimizers = {name: getattr(owner, "optimizer", None) for name, owner in owners.items()}
+    optimizers["ent_coef"] = getattr(model, "ent_coef_optimizer", None)
+    return {name: optimizer for name, optimizer in optimizers.items() if optimizer is not None}
 
 
 def counters(model: BaseAlgorithm) -> dict[str, float]:
@@ -206,9 +206,9 @@ def restore_normalizer(normalizer: VecNormalize, arrays: Mapping[str, np.ndarray
 
 
 def _statistics(normalizer: VecNormalize) -> dict[str, RunningMeanStd]:
-    found = {"reward": normalizer.ret_rms}
+    all_statistics = {"reward": normalizer.ret_rms}
     if normalizer.norm_obs:
         observation = normalizer.obs_rms
         by_key = observation if isinstance(observation, dict) else {"": observation}
-        found |= {f"observation/{key}": statistics for key, statistics in by_key.items()}
-    return found
+        all_statistics |= {f"observation/{key}": statistics for key, statistics in by_key.items()}
+    return all_statistics

@@ -163,17 +163,17 @@ def update(
     def learn(carry: Any, rows: jax.Array) -> Any:
         actor, critic, _, sums = carry
         batch = jax.tree_util.tree_map(lambda array: array[rows], rollout)
-        gradients, found = _gradients(actor, critic, batch, limits, normalize and batch_size > 1)
-        going = found.kl <= limits.target_kl
+        gradients, losses = _gradients(actor, critic, batch, limits, normalize and batch_size > 1)
+        going = losses.kl <= limits.target_kl
         learned = actor.apply_gradients(grads=gradients[0]), critic.apply_gradients(grads=gradients[1])
         actor, critic = jax.tree_util.tree_map(lambda new, old: jnp.where(going, new, old), learned, (actor, critic))
-        return actor, critic, going, jax.tree_util.tree_map(jnp.add, sums, found)
+        return actor, critic, going, jax.tree_util.tree_map(jnp.add, sums, losses)
 
     def epoch(carry: Any, rows: jax.Array) -> tuple[Any, None]:
-        whole = len(rows) // batch_size
-        carry, _ = jax.lax.scan(step, carry, rows[: whole * batch_size].reshape(whole, batch_size))
-        if whole * batch_size < len(rows):
-            carry, _ = step(carry, rows[whole * batch_size :])
+        full_batches = len(rows) // batch_size
+        carry, _ = jax.lax.scan(step, carry, rows[: full_batches * batch_size].reshape(full_batches, batch_size))
+        if full_batches * batch_size < len(rows):
+            carry, _ = step(carry, rows[full_batches * batch_size :])
         return carry, None
 
     start = (actor, critic, jnp.bool_(True), Sums(*[jnp.float32(0.0)] * len(Sums._fields)))
@@ -206,7 +206,7 @@ def _gradients(
     (_, (loss, entropy, log_ratio)), policy_gradient = jax.value_and_grad(policy_loss, has_aux=True)(actor.params)
     squared, value_gradient = jax.value_and_grad(value_loss)(critic.params)
     ratio = jnp.exp(log_ratio)
-    found = Sums(
+    losses = Sums(
         steps=jnp.float32(1.0),
         policy_loss=loss,
         value_loss=squared / limits.vf_coef,
@@ -214,7 +214,7 @@ def _gradients(
         kl=(ratio - 1.0 - log_ratio).mean(),
         clipped=(jnp.abs(ratio - 1.0) > limits.clip_range).mean(),
     )
-    return (policy_gradient, value_gradient), found
+    return (policy_gradient, value_gradient), losses
 
 
 class SbxPPO(JaxAlgorithm, PPO):

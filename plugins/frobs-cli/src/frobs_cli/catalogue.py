@@ -48,10 +48,10 @@ def kind_of(word: str) -> str:
     """Return the kind with the given singular or plural name. ``"environment"`` is considered a kind here."""
     kinds = (*KINDS, *EXTENSIONS)
     known = {**{kind: kind for kind in kinds}, **{plural(kind): kind for kind in kinds}, **_WORDS}
-    found = known.get(word.lower().replace("-", "_"))
-    if found is None:
+    known_kind = known.get(word.lower().replace("-", "_"))
+    if known_kind is None:
         raise UnknownNameError("kind", word, [*(plural(kind) for kind in kinds), "envs"])
-    return found
+    return known_kind
 
 
 def plural(kind: str) -> str:

@@ -58,20 +58,20 @@ def installed_commands() -> tuple[dict[str, Command], list[str]]:
     If several distributions declare the same command, ``frobs-cli`` takes precedence over all other distributions.
     Among the other distributions, the first in alphabetical order takes precedence.
     """
-    found: dict[str, Command] = {}
+    commands: dict[str, Command] = {}
     problems = []
     for entry in sorted(entry_points(group=GROUP), key=_order):
         try:
             table: Sequence[Command] = entry.load()
             for command in table:
-                found.setdefault(command.name, command)
+                commands.setdefault(command.name, command)
         except Exception as error:
             problems.append(
                 f"the commands of {_distribution(entry)} could not be read: {type(error).__name__}: {error}; "
                 f"install a version of {_distribution(entry)} that works with this version of frobs-cli, or "
                 "uninstall it"
             )
-    return found, problems
+    return commands, problems
 
 
 def command_sources() -> dict[str, tuple[str, str]]:

@@ -132,7 +132,7 @@ def _simulators(task: TaskRecord, environment: EnvironmentRecord) -> list[dict[s
             try:
                 check_capabilities(item.name, item.record.capabilities, needs)
             except CapabilityError as error:
-                missing = [f"{capability} ({wanted}; has {has})" for _, capability, wanted, has in error.missing]
+                missing = [f"{capability} ({level}; has {has})" for _, capability, level, has in error.missing]
             if problem := catalogue.why_unusable(item.record):
                 missing.append(problem)
             rows.append({"simulator": item.name, "can_run_it": not missing, "lacks": ", ".join(missing)})

@@ -15,9 +15,9 @@ def number(value: float) -> str:
 
 def duration(seconds: float) -> str:
     """Return a duration [s] as text such as ``"12 s"``, ``"3:05"`` or ``"1:02:03"``."""
-    whole = round(seconds)
-    if whole < 60:
-        return f"{seconds:.1f} s" if seconds < 10 else f"{whole} s"
-    minutes, second = divmod(whole, 60)
+    rounded = round(seconds)
+    if rounded < 60:
+        return f"{seconds:.1f} s" if seconds < 10 else f"{rounded} s"
+    minutes, second = divmod(rounded, 60)
     hours, minute = divmod(minutes, 60)
     return f"{hours}:{minute:02}:{second:02}" if hours else f"{minute}:{second:02}"

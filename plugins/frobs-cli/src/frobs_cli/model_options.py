@@ -46,13 +46,13 @@ def xacro_args(given: Sequence[str] | None) -> dict[str, str]:
     Raises:
         ConfigurationError: An argument does not have the form ``name:=value``.
     """
-    found = {}
+    arguments = {}
     for word in (word for text in given or () for word in text.split()):
         name, sign, value = word.partition(":=")
         if not (name and sign):
             raise CommandLineError("--args", f"'{word}' is not of the form NAME:=VALUE.")
-        found[name] = value
-    return found
+        arguments[name] = value
+    return arguments
 
 
 def package_paths(given: Sequence[str] | None) -> dict[str, str | Path]:
@@ -61,15 +61,15 @@ def package_paths(given: Sequence[str] | None) -> dict[str, str | Path]:
     Raises:
         ConfigurationError: A folder does not exist.
     """
-    found: dict[str, str | Path] = {}
+    paths: dict[str, str | Path] = {}
     for text in given or ():
         name, sign, value = text.partition("=")
         folder = Path(value if sign else text).expanduser()
         if not folder.is_dir():
             raise CommandLineError("--package-path", f"'{folder}' is not a folder; write FOLDER or NAME=FOLDER.")
         if sign:
-            found[name] = folder
+            paths[name] = folder
         else:
             inside = sorted(child for child in folder.iterdir() if child.is_dir())
-            found |= {package_name(candidate): candidate for candidate in [*inside, folder]}
-    return found
+            paths |= {package_name(candidate): candidate for candidate in [*inside, folder]}
+    return paths

@@ -202,9 +202,9 @@ def _escape_in_json(found: re.Match[str]) -> str:
 
 
 @contextlib.contextmanager
-def only_json(wanted: bool) -> Iterator[None]:
+def only_json(enabled: bool) -> Iterator[None]:
     """Redirect the output of libraries to stderr while a command collects the results that it writes as JSON."""
-    if not wanted:
+    if not enabled:
         yield
         return
     with contextlib.redirect_stdout(sys.stderr):

@@ -22,22 +22,22 @@ def parameters(cls: type) -> list[dict[str, Any]]:
         A dictionary for each keyword, with ``name``, ``required``, ``default`` (None if required) and ``help``.
     """
     documented = descriptions(cls)
-    found = []
+    rows = []
     for name, parameter in constructor_parameters(cls).items():
         required = parameter.default is inspect.Parameter.empty
         default = None if required else parameter.default
-        found.append({"name": name, "required": required, "default": default, "help": documented.get(name, "")})
-    return found
+        rows.append({"name": name, "required": required, "default": default, "help": documented.get(name, "")})
+    return rows
 
 
 def descriptions(cls: type) -> Mapping[str, str]:
     """Return a one-line description of each parameter, from the docstrings of a class and its parent classes."""
-    found: dict[str, str] = {}
+    texts: dict[str, str] = {}
     for parent in cls.__mro__[:-1]:
         for document in (parent.__doc__, vars(parent).get("__init__", object).__doc__):
             for name, text in _entries(inspect.cleandoc(document or "")):
-                found.setdefault(name, text)
-    return found
+                texts.setdefault(name, text)
+    return texts
 
 
 def _entries(document: str) -> Iterator[tuple[str, str]]:

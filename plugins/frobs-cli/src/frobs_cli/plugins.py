@@ -36,24 +36,24 @@ def plugins(
         $ FROBS_DISABLE_PLUGINS=my-plugin frobs plugins
     """
     with only_json(json):
-        found = sorted(reports(), key=lambda report: (report.distribution, report.name))
+        listed = sorted(reports(), key=lambda report: (report.distribution, report.name))
     if json:
-        print_json({"plugins": [_facts(report) for report in found], "problems": dict(registry.problems())})
+        print_json({"plugins": [_facts(report) for report in listed], "problems": dict(registry.problems())})
         return
-    if not found:
+    if not listed:
         hint = local_install_hint("pip install frobs-sim-mujoco")
         print_note(f"no plugins are installed; install one, for example with '{hint}'")
     elif verbose:
-        for i, report in enumerate(found):
+        for i, report in enumerate(listed):
             if i:
                 print_line()
             _print_verbose(report)
     else:
         rows: list[list[str | Text]] = [
-            [r.name, _state(r), f"{r.distribution} {r.version}", r.cause or _counts(r.records)] for r in found
+            [r.name, _state(r), f"{r.distribution} {r.version}", r.cause or _counts(r.records)] for r in listed
         ]
         print_table(("plugin", "state", "from", "offers"), rows)
-    for line in [report.warning for report in found if report.warning] + list(registry.problems().values()):
+    for line in [report.warning for report in listed if report.warning] + list(registry.problems().values()):
         print_note(line)
 
 
@@ -69,14 +69,14 @@ def _facts(report: PluginReport) -> dict[str, object]:
         "made_for": report.made_for,
         "traceback": report.traceback,
         "import_seconds": report.import_seconds,
-        "records": {plural(kind): [record.name for record in found] for kind, found in report.records.items()},
+        "records": {plural(kind): [record.name for record in records] for kind, records in report.records.items()},
     }
 
 
 def _counts(records: Mapping[str, Sequence[Record]]) -> str:
     """Return the number of records of each kind as text, such as ``"1 robot, 4 tasks"``."""
     words = [
-        f"{len(found)} {kind if len(found) == 1 else plural(kind)}" for kind, found in records.items() if len(found)
+        f"{len(items)} {kind if len(items) == 1 else plural(kind)}" for kind, items in records.items() if len(items)
     ]
     return ", ".join(words) or "nothing"
 
@@ -98,7 +98,7 @@ def _print_verbose(report: PluginReport) -> None:
         rows.append(["requires", f"frobs-core {report.made_for}"])
     if report.state != "disabled":
         rows.append(["import", f"{report.import_seconds * 1e3:.0f} ms"])
-    rows += [[plural(kind), ", ".join(r.name for r in found)] for kind, found in report.records.items() if len(found)]
+    rows += [[plural(kind), ", ".join(r.name for r in items)] for kind, items in report.records.items() if len(items)]
     print_table(("", ""), rows, header=False)
     if report.traceback:
         for line in report.traceback.rstrip().splitlines():

@@ -99,8 +99,8 @@ class _Program(FrobsGroup):
                 home.add_command(LazyCommand(record))
 
     def _subgroup(self, name: str) -> TyperGroup | None:
-        found = self.commands.get(name)
-        return found if isinstance(found, TyperGroup) else None
+        command = self.commands.get(name)
+        return command if isinstance(command, TyperGroup) else None
 
     def passes_options_on(self, args: Sequence[str]) -> bool:
         """Return whether a command line ends with options that are passed to another program."""

@@ -72,27 +72,27 @@ def show(
     with only_json(json):
         robot = robot_of(name, xacro_args(args), package_paths(package_path))
         if robot is not None and is_model_file(name):
-            found = [describe_file(robot)]
+            descriptions = [describe_file(robot)]
         elif args or package_path:
             raise CommandLineError(
                 "--args, --package-path", f"these options require a robot's model file, but '{name}' is not a file."
             )
         else:
-            found = [describe() for describe in _meanings(name)]
+            descriptions = [describe() for describe in _meanings(name)]
         if picture is not None:
             _draw(robot, name, picture)
     if json:
-        print_json(found)
+        print_json(descriptions)
         return
-    for i, facts in enumerate(found):
+    for i, facts in enumerate(descriptions):
         if i:
             print_line()
         if config and "config" in facts:
             sys.stdout.write(dump_yaml(facts["config"]))
         else:
             print_facts(_readable(facts))
-    if len(found) > 1:
-        ways = ", ".join(f"'{facts['kind']}:{name}'" for facts in found)
+    if len(descriptions) > 1:
+        ways = ", ".join(f"'{facts['kind']}:{name}'" for facts in descriptions)
         print_note(f"'{name}' has several meanings; to show only one of them, use {ways}")
 
 
@@ -121,31 +121,31 @@ def _meanings(name: str) -> Iterator[Callable[[], Facts]]:
     prefix, _, rest = name.partition(":")
     others = {it.kind: it for it in providers() if it.kind}
     kind = prefix if prefix in (*KINDS, catalogue.ENVIRONMENT, *catalogue.EXTENSIONS, *others) else None
-    wanted = rest if kind else name
-    found = False
+    requested = rest if kind else name
+    exists = False
     for candidate in KINDS if kind is None else [kind] if kind in KINDS else []:
         records = plugins.records(candidate)
-        offered_twice = any(known.endswith(f":{wanted}") for known in records)
-        if wanted in records or offered_twice or kind:
-            found = True
-            record = plugins.get_record(candidate, wanted)
+        offered_twice = any(known.endswith(f":{requested}") for known in records)
+        if requested in records or offered_twice or kind:
+            exists = True
+            record = plugins.get_record(candidate, requested)
             yield lambda candidate=candidate, record=record: describe_record(candidate, record)  # type: ignore[misc]
-    if kind in (None, catalogue.ENVIRONMENT) and (kind or _is_id(wanted)):
-        found = True
-        spec = registry.find_spec(wanted)
+    if kind in (None, catalogue.ENVIRONMENT) and (kind or _is_id(requested)):
+        exists = True
+        spec = registry.find_spec(requested)
         yield lambda: describe_environment(spec)
     for other, provider in others.items():
-        if kind in (None, other) and (kind or provider.describes(wanted)):
-            found = True
-            yield lambda provider=provider: {**provider.describe(wanted)}  # type: ignore[misc]
-    for other in [] if found else catalogue.EXTENSIONS:
+        if kind in (None, other) and (kind or provider.describes(requested)):
+            exists = True
+            yield lambda provider=provider: {**provider.describe(requested)}  # type: ignore[misc]
+    for other in [] if exists else catalogue.EXTENSIONS:
         extensions = {item.name: item for item in catalogue.listed(other)} if kind in (None, other) else {}
-        if wanted in extensions:
-            found = True
-            yield lambda other=other, item=extensions[wanted]: describe_extension(other, item)  # type: ignore[misc]
+        if requested in extensions:
+            exists = True
+            yield lambda other=other, item=extensions[requested]: describe_extension(other, item)  # type: ignore[misc]
         elif kind == other:
-            raise UnknownNameError(other.replace("_", " "), wanted, extensions, catalogue.problems())
-    if not found:
+            raise UnknownNameError(other.replace("_", " "), requested, extensions, catalogue.problems())
+    if not exists:
         names = {known for kind in KINDS for known in plugins.records(kind)} | set(registry.environments())
         hints = (plugins.active().install_hint(kind, name) for kind in (*KINDS, "environment"))
         hint = next(filter(None, hints), "")

@@ -66,10 +66,10 @@ class InverseKinematics:
             if attempt == _HOPELESS and not found_any:
                 return
             guess = start if attempt == 0 else rng.uniform(self._lower, self._upper)
-            found = self._solve(pos, rotation, np.clip(guess, self._lower, self._upper), tolerances)
-            if found is not None:
+            solution = self._solve(pos, rotation, np.clip(guess, self._lower, self._upper), tolerances)
+            if solution is not None:
                 found_any = True
-                yield found
+                yield solution
 
     def _solve(
         self, pos: Floats, rotation: Floats | None, joint_positions: Floats, tolerances: tuple[float, float]

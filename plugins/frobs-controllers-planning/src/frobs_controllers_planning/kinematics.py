@@ -52,8 +52,8 @@ class Kinematics:
 
     def configuration(self, joint_positions: Floats) -> Floats:
         """Return the Pinocchio configuration for joint positions (dof,) [rad or m]."""
-        found: Floats = joint_positions[self._columns] * self._multipliers + self._offsets
-        return found
+        positions: Floats = joint_positions[self._columns] * self._multipliers + self._offsets
+        return positions
 
     def frame_pose(self, link: str, joint_positions: Floats) -> Any:
         """Return a link's pose in the root link's frame, as a Pinocchio SE3."""

@@ -50,12 +50,12 @@ def accelerations(model: RobotModel, given: float | Mapping[str, float] | None) 
         UnknownNameError: A name in the mapping is not an actuated joint.
         ConfigurationError: A value is not positive.
     """
-    found = velocities(model) / SECONDS_TO_FULL_SPEED
+    limits = velocities(model) / SECONDS_TO_FULL_SPEED
     chosen = given if isinstance(given, Mapping) else {} if given is None else dict.fromkeys(model.joint_names, given)
     for name, value in chosen.items():
         check_name(f"actuated joint of '{model.name}'", name, model.joint_names)
-        found[model.joint_names.index(name)] = number("max_acceleration", value, "rad/s² or m/s²")
-    return found
+        limits[model.joint_names.index(name)] = number("max_acceleration", value, "rad/s² or m/s²")
+    return limits
 
 
 def number(name: str, value: object, unit: str, *, largest: float = math.inf, zero: bool = False) -> float:
@@ -73,7 +73,7 @@ def number(name: str, value: object, unit: str, *, largest: float = math.inf, ze
             set.
     """
     name = f"trajectory: {name}"
-    found = non_negative(name, value, unit) if zero else positive(name, value, unit)
-    if found > largest:
+    limit = non_negative(name, value, unit) if zero else positive(name, value, unit)
+    if limit > largest:
         raise ParameterValueError(name, value, f"at most {largest:g} [{unit}]")
-    return found
+    return limit

@@ -210,9 +210,9 @@ class Planner:
         if isinstance(goals, Reason):
             return Plan(reason=goals)
         for joint_goal in goals:
-            found = self._motion(inside, joint_goal)
-            if found is not None:
-                return found
+            motion = self._motion(inside, joint_goal)
+            if motion is not None:
+                return motion
         return Plan(reason=Reason.NO_WAY_FOUND)
 
     def _joint_goal(self, goal: Floats) -> list[Floats] | Reason:

@@ -51,8 +51,8 @@ class Search:
         """Return waypoints (n, dof) between a collision-free start and goal, or None if no path is found."""
         if self._checker.is_way_free(start, goal):
             return np.stack([start, goal])
-        found = self._connect(start, goal)
-        return None if found is None else self._shorten(found)
+        path = self._connect(start, goal)
+        return None if path is None else self._shorten(path)
 
     def _connect(self, start: Floats, goal: Floats) -> Floats | None:
         """Grow one search tree from each end until the two trees meet."""

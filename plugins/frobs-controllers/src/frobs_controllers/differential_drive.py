@@ -120,14 +120,14 @@ class DifferentialDrive(Controller):
 
     def apply(self, action: Action) -> Floats:
         """Return joint velocities, (num_envs, dof) [rad/s]."""
-        velocity, wanted, bound = self._velocity, self._wanted, self._bound  # (num_envs, 2) [m/s, rad/s]
-        np.maximum(action, self._minus_ones, out=wanted)
-        np.minimum(wanted, self._ones, out=wanted)
-        np.multiply(wanted, self._scale, out=wanted)
+        velocity, requested, bound = self._velocity, self._wanted, self._bound  # (num_envs, 2) [m/s, rad/s]
+        np.maximum(action, self._minus_ones, out=requested)
+        np.minimum(requested, self._ones, out=requested)
+        np.multiply(requested, self._scale, out=requested)
         np.add(velocity, self._up, out=bound)
-        np.minimum(wanted, bound, out=wanted)
+        np.minimum(requested, bound, out=requested)
         np.add(velocity, self._down, out=bound)
-        np.maximum(wanted, bound, out=velocity)
+        np.maximum(requested, bound, out=velocity)
 
         wheels = self._wheels
         np.multiply(velocity[:, 0:1], self._per_linear, out=wheels)

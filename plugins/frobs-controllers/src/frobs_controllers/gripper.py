@@ -63,8 +63,8 @@ class Gripper(Controller):
     def apply(self, action: Action) -> Floats:
         """Return the target joint positions, (num_envs, dof) [rad or m]."""
         # np.minimum and np.maximum together take less than half the time of np.clip.
-        wanted = self._want(np.minimum(np.maximum(action, -1.0), 1.0))
-        np.minimum(np.maximum(wanted, 0.0), 1.0, out=self._wanted)
+        requested = self._want(np.minimum(np.maximum(action, -1.0), 1.0))
+        np.minimum(np.maximum(requested, 0.0), 1.0, out=self._wanted)
         change = np.minimum(np.maximum(self._wanted - self._opening, self._slowest), self._fastest)
         np.add(self._opening, change, out=self._opening)
         return np.asarray(self._closed + self._opening * self._stroke)

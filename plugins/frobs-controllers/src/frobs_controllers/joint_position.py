@@ -33,13 +33,13 @@ class JointPosition(CommandedPositions):
 
     def apply(self, action: Action) -> Floats:
         """Return the target joint positions, (num_envs, dof) [rad or m], within the position limits."""
-        wanted, target = self._wanted, self._target
-        np.multiply(action, self._half_range, out=wanted)
-        np.add(wanted, self._middle, out=wanted)
-        np.subtract(wanted, target, out=wanted)
-        np.maximum(wanted, self._slowest, out=wanted)
-        np.minimum(wanted, self._fastest, out=wanted)
-        np.add(target, wanted, out=target)
+        change, target = self._wanted, self._target
+        np.multiply(action, self._half_range, out=change)
+        np.add(change, self._middle, out=change)
+        np.subtract(change, target, out=change)
+        np.maximum(change, self._slowest, out=change)
+        np.minimum(change, self._fastest, out=change)
+        np.add(target, change, out=target)
         np.maximum(target, self._lower, out=target)  # required for actions outside [−1, 1] and rounding errors
         np.minimum(target, self._upper, out=target)
         return target

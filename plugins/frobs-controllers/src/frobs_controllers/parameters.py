@@ -54,10 +54,10 @@ def scale(owner: str, name: str, given: float | None, limit: Floats, joints: Joi
     Raises:
         ConfigurationError: A joint has no limit, and the user did not set a value.
     """
-    found = limit.copy() if given is None else np.minimum(limit, given)  # (num_envs, dof)
-    unlimited = [joint for i, joint in enumerate(joints.joint_names) if not np.isfinite(found[:, i]).all()]
+    largest = limit.copy() if given is None else np.minimum(limit, given)  # (num_envs, dof)
+    unlimited = [joint for i, joint in enumerate(joints.joint_names) if not np.isfinite(largest[:, i]).all()]
     if unlimited:
         raise MissingSettingError(
             owner, name, f"the model file defines no limit for {', '.join(unlimited)}; set {name}=… [{unit}]"
         )
-    return found
+    return largest

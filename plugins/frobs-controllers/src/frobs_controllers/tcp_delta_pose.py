@@ -111,8 +111,8 @@ class TcpDeltaPose(TcpDeltaPosition):
         np.multiply(step, self._leash, out=step)
         if self._has_box:
             # np.minimum and np.maximum together take less than half the time of np.clip.
-            wanted = np.minimum(np.maximum(self._target + step[:, :3], self._target_low), self._target_high)
-            step[:, :3] = np.minimum(np.maximum(wanted - self._target, -self.max_delta), self.max_delta)
+            new_target = np.minimum(np.maximum(self._target + step[:, :3], self._target_low), self._target_high)
+            step[:, :3] = np.minimum(np.maximum(new_target - self._target, -self.max_delta), self.max_delta)
 
         pos, quat_wxyz = self._joints.frame_pose("tcp")
         np.subtract(self._target, pos, out=left[:, :3])

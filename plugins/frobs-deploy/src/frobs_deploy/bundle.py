@@ -88,12 +88,12 @@ def read_bundle(path: Path | str) -> Bundle:
     """
     path = Path(path)
     try:
-        found = path.stat()
-        if stat.S_ISDIR(found.st_mode):
+        status = path.stat()
+        if stat.S_ISDIR(status.st_mode):
             raise BundleError(path, "this is a folder; specify the bundle file that 'frobs export' printed.")
-        if not stat.S_ISREG(found.st_mode):  # a FIFO or a device could block forever
+        if not stat.S_ISREG(status.st_mode):  # a FIFO or a device could block forever
             raise BundleError(path, "this is not a regular file; specify the bundle file that 'frobs export' printed.")
-        if found.st_size > _LARGEST_FILE:
+        if status.st_size > _LARGEST_FILE:
             raise BundleError(
                 path, f"the file is larger than {_LARGEST_FILE // 2**20} MiB, the maximum size of a bundle."
             )
@@ -125,8 +125,8 @@ def parse_bundle(path: Path, data: bytes) -> Bundle:
         )
     sums = manifest.get("files")
     for name in (GRAPH, LICENSE):
-        found = sums.get(name) if isinstance(sums, dict) else None
-        if not isinstance(found, dict) or found.get("sha256") != _sha256(members[name]):
+        checksum = sums.get(name) if isinstance(sums, dict) else None
+        if not isinstance(checksum, dict) or checksum.get("sha256") != _sha256(members[name]):
             raise BundleError(
                 path, f"the bundle is damaged: {name} does not match its checksum in {MANIFEST}. {_AGAIN}"
             )
@@ -139,9 +139,9 @@ def _members(path: Path, data: bytes) -> dict[str, bytes]:
             infos = archive.infolist()
             names = [info.filename for info in infos]
             if sorted(names) != sorted(_LARGEST):
-                wanted = ", ".join(_LARGEST)
+                expected = ", ".join(_LARGEST)
                 raise BundleError(
-                    path, f"the file is not a policy bundle: it contains {_shown(names)}; expected {wanted}."
+                    path, f"the file is not a policy bundle: it contains {_shown(names)}; expected {expected}."
                 )
             for info in infos:
                 if info.compress_type != zipfile.ZIP_STORED or info.file_size != info.compress_size:

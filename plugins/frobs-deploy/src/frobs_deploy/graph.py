@@ -60,13 +60,13 @@ class Graph:
         inputs = {item.name: item for item in self._session.get_inputs()}
         self.states = {name: tuple(item.shape[1:]) for name, item in inputs.items() if name.startswith("state/")}
         self.scores = "scores" in self._outputs
-        wanted = {input_name(key): (space.dtype.name, space.shape) for key, space in observation.items()}
+        expected = {input_name(key): (space.dtype.name, space.shape) for key, space in observation.items()}
         recurrent = {name: ("float32", shape) for name, shape in self.states.items()}
         if self.states:
             recurrent["episode_start"] = ("bool", ())
-        found = {name: (_TYPES.get(item.type, item.type), tuple(item.shape[1:])) for name, item in inputs.items()}
+        actual = {name: (_TYPES.get(item.type, item.type), tuple(item.shape[1:])) for name, item in inputs.items()}
         nexts = {f"next_{name}" for name in self.states}
-        if found != wanted | recurrent or set(self._outputs) - {"scores"} != {"action"} | nexts:
+        if actual != expected | recurrent or set(self._outputs) - {"scores"} != {"action"} | nexts:
             raise BundleError(
                 bundle.path, f"{GRAPH} does not match the description in bundle.json; export the policy again."
             )

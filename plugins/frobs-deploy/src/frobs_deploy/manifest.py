@@ -133,13 +133,13 @@ def _point(values: Any) -> tuple[float, float, float]:
 def _terms(rows: Any, parts: Mapping[str, Space]) -> dict[str, slice]:
     flat = parts.get("") or parts.get("observation")
     width = flat.shape[0] if flat is not None and len(flat.shape) == 1 else 0
-    found = {}
+    columns = {}
     for row in rows:
         first, last = (int(column) for column in row["columns"])
         if not 0 <= first <= last < width:
             raise ValueError(f"the observation has no columns {first} to {last}")
-        found[str(row["name"])] = slice(first, last + 1)
-    return found
+        columns[str(row["name"])] = slice(first, last + 1)
+    return columns
 
 
 def _changes(values: Any, space: Space) -> Array | None:

@@ -121,8 +121,8 @@ class OnnxReader:
     def _input(self, data: memoryview) -> None:
         """Store the names of an input's symbolic dimensions: ValueInfo → type → tensor type → shape → dim → dim_param."""
         parts = [data]
-        for wanted in (2, 1, 2, 1, 2):
-            parts = [_bytes(value) for part in parts for number, value, _ in self._read(part, None) if number == wanted
+        for tag in (2, 1, 2, 1, 2):
+            parts = [_bytes(value) for part in parts for number, value, _ in self._read(part, None) if number == tag
                      and isinstance(value, memoryview)]  # fmt: skip
         self.batch_names |= {_text(part) for part in parts}
 

@@ -111,9 +111,9 @@ class Policy:
         self._latency = LatencyWindow(actions)
         for _ in range(actions):
             self.act(given)
-        found, self._latency = self._latency.read(), LatencyWindow()
+        latency, self._latency = self._latency.read(), LatencyWindow()
         self.reset()
-        return found
+        return latency
 
     def reset(self, mask: Array | None = None, *, previous_action: Array | None = None) -> None:
         """Start a new episode.

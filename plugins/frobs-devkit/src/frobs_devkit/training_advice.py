@@ -41,14 +41,14 @@ def advise(config: RunConfig, measured: MeasuredTraining) -> dict[str, str]:
         config: The configuration.
         measured: Measured times of the training run with this configuration.
     """
-    found: dict[str, str | None] = {}
+    advice: dict[str, str | None] = {}
     if _can_matter(measured, SIMULATION):
-        found["num_envs"] = _advise_num_envs(config, measured)
-        found["threads.simulator"] = _advise_simulator_threads(config, measured)
+        advice["num_envs"] = _advise_num_envs(config, measured)
+        advice["threads.simulator"] = _advise_simulator_threads(config, measured)
     if _can_matter(measured, UPDATES):
-        found["threads.torch"] = _advise_torch_threads(config, measured)
-        found["algorithm_config.gradient_steps"] = _advise_gradient_steps(config, measured)
-    return {setting: sentence for setting, sentence in found.items() if sentence is not None}
+        advice["threads.torch"] = _advise_torch_threads(config, measured)
+        advice["algorithm_config.gradient_steps"] = _advise_gradient_steps(config, measured)
+    return {setting: sentence for setting, sentence in advice.items() if sentence is not None}
 
 
 def time_steps(config: RunConfig, num_envs: int, threads: int | None = None) -> float:

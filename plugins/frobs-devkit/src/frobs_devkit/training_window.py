@@ -93,10 +93,10 @@ class _Window:
     """A training monitor that measures whole iterations and then ends the training run."""
 
     def __init__(
-        self, stopwatch: Stopwatch, steps: Callable[[], int], wanted: int | None, seconds: float, limit: float
+        self, stopwatch: Stopwatch, steps: Callable[[], int], steps_to_measure: int | None, seconds: float, limit: float
     ) -> None:
         self._stopwatch, self._steps = stopwatch, steps
-        self._wanted, self._seconds, self._limit = wanted, seconds, limit
+        self._wanted, self._seconds, self._limit = steps_to_measure, seconds, limit
         self._has_updates = UPDATES in stopwatch.times
         self._reports = 0
         self._begin = self._read()

@@ -16,7 +16,7 @@ from frobs_core.plugins.records import RobotRecord
 from frobs_core.util.errors import FrobsError
 from frobs_devkit.testing import check_robot, pytest_checks, run_checks, simulator
 from frobs_devkit.testing.checks import CheckFailure, NotApplicable
-from frobs_devkit.testing.robot import subject
+from frobs_devkit.testing.robot import under_test
 from frobs_devkit.testing.simulator.robots import ROVER
 from frobs_sim_mujoco.robot import MujocoRobot
 
@@ -295,12 +295,12 @@ def test_no_other_check_catches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
 def test_the_kit_catches_what_another_reader_lets_pass(
     sound: Robot, monkeypatch: pytest.MonkeyPatch, check: str, fields: dict[str, Any]
 ) -> None:
-    read = subject.load_model
+    read = under_test.load_model
 
     def careless(*args: Any, **kwargs: Any) -> Any:
         model = read(*args, **kwargs)
         return replace(model, joints=tuple(replace(joint, **fields) for joint in model.joints))
 
-    monkeypatch.setattr(subject, "load_model", careless)
+    monkeypatch.setattr(under_test, "load_model", careless)
     with pytest.raises(FrobsError):
         run(sound, check)

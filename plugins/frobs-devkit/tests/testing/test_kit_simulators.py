@@ -19,7 +19,7 @@ from frobs_core.plugins.records import Level, SimulatorRecord
 from frobs_core.util.errors import ConfigurationError, ModelFileError, SimulationError
 from frobs_core.util.rotations import quat_conjugate, quat_multiply, quat_rotate
 from frobs_devkit.testing import CheckFailure, Inconclusive, check_simulator, run_checks
-from frobs_devkit.testing.simulator.subject import TILTED
+from frobs_devkit.testing.simulator.under_test import TILTED
 from frobs_sim_mujoco.body import MujocoBody
 from frobs_sim_mujoco.meshes import Meshes
 from frobs_sim_mujoco.robot import MujocoRobot

@@ -94,13 +94,13 @@ def mesh_points(path: Path) -> Floats:
 
 def shapes_points(shapes: Iterable[Visual | Collision]) -> Floats:
     """Return the extreme points of a link's shapes, (n, 3) [m] in the link's frame. Unreadable meshes are omitted."""
-    found = [np.zeros((0, 3))]
+    points = [np.zeros((0, 3))]
     for shape in shapes:
         try:
-            found.append(shape_points(shape))
+            points.append(shape_points(shape))
         except ModelFileError:
             continue
-    return np.concatenate(found)
+    return np.concatenate(points)
 
 
 def link_bounds(link: Link) -> Bounds | None:
@@ -127,15 +127,15 @@ def drawn_points(model: RobotModel, joint_positions: npt.ArrayLike) -> dict[str,
         point at its origin.
     """
     positions = np.asarray(joint_positions, float)
-    found = {}
+    points_of = {}
     for link in model.links:
         points = shapes_points(link.visuals or link.collisions)
         if not len(points):
             points = np.zeros((1, 3))
         pos, quat = model.frame_pose(link.name, positions)
         rotation = matrix_from_quat(quat)[:, None]  # (n, 1, 3, 3)
-        found[link.name] = pos[:, None] + (rotation * points[:, None, :]).sum(axis=-1)
-    return found
+        points_of[link.name] = pos[:, None] + (rotation * points[:, None, :]).sum(axis=-1)
+    return points_of
 
 
 def robot_bounds(model: RobotModel, joint_positions: npt.ArrayLike) -> Bounds:
@@ -149,7 +149,7 @@ def robot_bounds(model: RobotModel, joint_positions: npt.ArrayLike) -> Bounds:
         Minimum and maximum corners relative to the root link.
     """
     points = drawn_points(model, np.asarray(joint_positions, float)[None])
-    every = np.concatenate([found[0] for found in points.values()])
+    every = np.concatenate([entry[0] for entry in points.values()])
     return every.min(axis=0), every.max(axis=0)
 
 
@@ -163,10 +163,10 @@ def lowest_points(model: RobotModel, joint_positions: npt.ArrayLike, quat_wxyz: 
     """
     upward = matrix_from_quat(np.asarray(quat_wxyz, float))[2]  # the world's z axis in the root's frame
     positions = np.asarray(joint_positions, float)[None]
-    found = {}
+    heights = {}
     for link in model.links:
         points = shapes_points(link.collisions)
         if len(points):
             (pos,), (quat,) = model.frame_pose(link.name, positions)
-            found[link.name] = float((upward @ pos + points @ (matrix_from_quat(quat).T @ upward)).min())
-    return found
+            heights[link.name] = float((upward @ pos + points @ (matrix_from_quat(quat).T @ upward)).min())
+    return heights

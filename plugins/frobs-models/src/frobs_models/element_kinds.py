@@ -78,15 +78,15 @@ def elements(model: RobotModel) -> dict[str, tuple[str, ...]]:
         For each kind, the unique names of the links or joints that contain such an element, in file order. An element
         that does not belong to a link or joint is listed by its name, or by its tag if it has no name.
     """
-    found: dict[str, dict[str, None]] = {}
+    names: dict[str, dict[str, None]] = {}
     root = parse_xml(model.xml, model.path, expanded=True)
     pairs = [
         *_joints(model),
         *(_urdf(model, root) if model.format == "urdf" else _mjcf(MjcfDocument(root, model.path))),
     ]
     for kind, name in pairs:
-        found.setdefault(kind, {})[name] = None
-    return {kind: tuple(found[kind]) for kind in ELEMENTS if kind in found}
+        names.setdefault(kind, {})[name] = None
+    return {kind: tuple(names[kind]) for kind in ELEMENTS if kind in names}
 
 
 def _joints(model: RobotModel) -> Iterator[tuple[str, str]]:

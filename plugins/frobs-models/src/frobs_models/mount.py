@@ -67,7 +67,7 @@ def attach(arm: Robot, link: str, tool: Robot, name: str, pos: Vector3, rpy: Vec
         groups[name] = tuple(f"{name}_{joint}" for joint in tool_model.joint_names)
     title = f"{arm.name}_{tool.name}"
     sensors = {key: replace(sensor, frame=f"{name}_{sensor.frame}") for key, sensor in tool.sensors.items()}
-    whole = replace(
+    combined = replace(
         arm,
         model=str(_write(title, _join(arm_model, link, tool_model, name, title, pos, rpy))),
         name=title,
@@ -82,7 +82,7 @@ def attach(arm: Robot, link: str, tool: Robot, name: str, pos: Vector3, rpy: Vec
         default_controllers={**_renamed(arm), **controllers},
         end_effectors={**arm.end_effectors, name: effector},
     )
-    return replace(whole, gains=_gains(whole, arm, arm_model, tool, tool_model, name))
+    return replace(combined, gains=_gains(combined, arm, arm_model, tool, tool_model, name))
 
 
 def _renamed(arm: Robot) -> dict[str, str]:
@@ -92,21 +92,21 @@ def _renamed(arm: Robot) -> dict[str, str]:
 
 def _join(arm: RobotModel, link: str, tool: RobotModel, name: str, title: str, pos: Vector3, rpy: Vector3) -> str:
     """Return the text of a URDF that contains both models and a fixed joint between them."""
-    whole, part = ET.fromstring(arm.xml), ET.fromstring(tool.xml)
-    whole.set("name", title)
+    combined, part = ET.fromstring(arm.xml), ET.fromstring(tool.xml)
+    combined.set("name", title)
     for element in part.iter():
         if element.tag in _NAMED and "name" in element.attrib:
             element.set("name", f"{name}_{element.get('name')}")
         attribute = _REFERENCES.get(element.tag, "")
         if attribute in element.attrib:
             element.set(attribute, f"{name}_{element.get(attribute)}")
-    mount = ET.SubElement(whole, "joint", {"name": f"{name}_mount", "type": "fixed"})
+    mount = ET.SubElement(combined, "joint", {"name": f"{name}_mount", "type": "fixed"})
     ET.SubElement(mount, "parent", {"link": link})
     ET.SubElement(mount, "child", {"link": f"{name}_{tool.root}"})
     ET.SubElement(mount, "origin", {"xyz": " ".join(map(repr, pos)), "rpy": " ".join(map(repr, rpy))})
-    whole.extend(part)
-    ET.indent(whole)
-    return ET.tostring(whole, encoding="unicode") + "\n"
+    combined.extend(part)
+    ET.indent(combined)
+    return ET.tostring(combined, encoding="unicode") + "\n"
 
 
 def _write(title: str, text: str) -> Path:
@@ -120,7 +120,7 @@ def _write(title: str, text: str) -> Path:
 
 
 def _gains(
-    whole: Robot, arm: Robot, arm_model: RobotModel, tool: Robot, tool_model: RobotModel, name: str
+    combined: Robot, arm: Robot, arm_model: RobotModel, tool: Robot, tool_model: RobotModel, name: str
 ) -> DriveGains | None:
     """Return the combined drive gains of the arm and the tool.
 
@@ -128,12 +128,12 @@ def _gains(
     """
     if arm.gains is None and tool.gains is None:
         return None
-    model = load_model(whole.model)
-    found = {joint: default_gains(model, home_positions(model, whole.home)).of(joint) for joint in model.joint_names}
+    model = load_model(combined.model)
+    gains = {joint: default_gains(model, home_positions(model, combined.home)).of(joint) for joint in model.joint_names}
     for part, joints, prefix in ((arm, arm_model.joint_names, ""), (tool, tool_model.joint_names, f"{name}_")):
         if part.gains is not None:
-            found |= {prefix + joint: part.gains.of(joint) for joint in joints}
+            gains |= {prefix + joint: part.gains.of(joint) for joint in joints}
     return DriveGains(
-        stiffness={joint: kp for joint, (kp, _) in found.items()},
-        damping={joint: kd for joint, (_, kd) in found.items()},
+        stiffness={joint: kp for joint, (kp, _) in gains.items()},
+        damping={joint: kd for joint, (_, kd) in gains.items()},
     )

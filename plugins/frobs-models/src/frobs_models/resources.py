@@ -147,10 +147,10 @@ class Packages:
         Raises:
             ModelFileError: The file does not exist, or the scheme is not supported.
         """
-        found = self._locate(uri, base)
-        if not found.is_file():
-            raise ModelFileError(self.file, f"the file '{uri}' is missing: {found} does not exist.{_beside(found)}")
-        return found.resolve()
+        file = self._locate(uri, base)
+        if not file.is_file():
+            raise ModelFileError(self.file, f"the file '{uri}' is missing: {file} does not exist.{_beside(file)}")
+        return file.resolve()
 
     def _locate(self, uri: str, base: Path) -> Path:
         """Return where a file should be: the first place that has it, as the name is written or in another notation."""

@@ -44,5 +44,5 @@ def translate(
         table: Translation of each kind of element.
         others: Translation of element kinds that are missing from the table, or None to omit these kinds.
     """
-    found = [(kind, table.get(kind, others)) for kind in elements(model)]
-    return [Translation(element=kind, treatment=row[0], how=row[1]) for kind, row in found if row is not None]
+    rows = [(kind, table.get(kind, others)) for kind in elements(model)]
+    return [Translation(element=kind, treatment=row[0], how=row[1]) for kind, row in rows if row is not None]

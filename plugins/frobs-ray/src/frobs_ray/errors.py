@@ -72,9 +72,9 @@ class NodesDifferError(ConfigurationError):
 
     def __init__(self, problems: Mapping[str, Sequence[str]]) -> None:
         self.problems = {address: tuple(lines) for address, lines in problems.items()}
-        found = "\n".join(f"  {address}: {'; '.join(lines)}" for address, lines in problems.items())
+        text = "\n".join(f"  {address}: {'; '.join(lines)}" for address, lines in problems.items())
         super().__init__(
-            f"these nodes of the cluster cannot run the jobs:\n{found}\n  Install the same versions of Python, FRobs and its "
+            f"these nodes of the cluster cannot run the jobs:\n{text}\n  Install the same versions of Python, FRobs and its "
             "plugins on every node, and use a folder that all nodes share under the same path."
         )
 

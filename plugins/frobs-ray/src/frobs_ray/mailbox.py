@@ -56,5 +56,5 @@ class Sender:
 def collect(mailbox: ActorHandle[Any]) -> dict[Any, Any]:
     """Return the latest progress that was sent since the last call, by key."""
     reference: Any = mailbox.take.remote()
-    found: dict[Any, Any] = ray.get(reference)
-    return found
+    progress: dict[Any, Any] = ray.get(reference)
+    return progress

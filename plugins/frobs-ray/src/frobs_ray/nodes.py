@@ -24,12 +24,12 @@ Versions = Mapping[str, str]
 
 def flat_versions() -> dict[str, str]:
     """Return the versions on this machine that affect the results of a training run."""
-    found: Any = versions()
+    installed: Any = versions()
     return {
         "Python": ".".join(platform.python_version_tuple()[:2]),
-        "frobs-core": found["frobs-core"],
-        **found["plugins"],
-        **found["libraries"],
+        "frobs-core": installed["frobs-core"],
+        **installed["plugins"],
+        **installed["libraries"],
     }
 
 
@@ -66,11 +66,11 @@ def check_nodes(folder: Path) -> None:
         problems = {}
         for address, reference in asked.items():
             try:
-                found, sees_folder = ray.get(reference, timeout=_TIMEOUT)
+                theirs, sees_folder = ray.get(reference, timeout=_TIMEOUT)
             except Exception as error:  # importing FRobs on a node can raise any exception
                 problems[address] = [f"FRobs does not run on this node: {_last_line(error)}"]
                 continue
-            lines = describe_differences(flat_versions(), found)
+            lines = describe_differences(flat_versions(), theirs)
             if not sees_folder:
                 lines.append(f"the node cannot write to the folder {folder}")
             if lines:

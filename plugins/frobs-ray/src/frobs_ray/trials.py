@@ -112,13 +112,13 @@ def _take_over(search: Search, study: Path, number: int, settings: Mapping[str, 
     if checkpoint is None:
         return
     path = _run_folder(search, study, number, settings)
-    with checkpoint.as_directory() as found:
-        owner = json.loads((Path(found) / _OWNER).read_text("utf-8"))
+    with checkpoint.as_directory() as folder:
+        owner = json.loads((Path(folder) / _OWNER).read_text("utf-8"))
         if owner == {"number": number, "settings": spell_numbers(settings)} and is_run(path):
             return  # this trial's own run, which may be ahead of the checkpoint
         path.parent.mkdir(parents=True, exist_ok=True)
         config = search.resolve(settings)
-        fork_run(Path(found) / "run", path, config.model_copy(update={"seed": config.seed or 0}))
+        fork_run(Path(folder) / "run", path, config.model_copy(update={"seed": config.seed or 0}))
 
 
 def _run_folder(search: Search, study: Path, number: int, settings: Mapping[str, Any]) -> Path:

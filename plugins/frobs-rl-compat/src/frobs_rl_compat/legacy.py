@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from frobs_core.util.files import cache_folder
-from frobs_rl_compat.stand_ins import missing_packages
+from frobs_rl_compat.replacements import missing_packages
 from frobs_ros import (
     RosInstallation,
     environment_has,
@@ -30,7 +30,7 @@ def legacy_variables() -> dict[str, str]:
     """Return environment variables for an old package and all processes that it starts.
 
     FRobs's ``gym`` and ``frobs_rl`` take precedence over packages of the same names in a catkin workspace. ROS modules
-    and messages are added only if this Python interpreter cannot import them, and stand-ins for MoveIt and other ROS
+    and messages are added only if this Python interpreter cannot import them, and replacements for MoveIt and other ROS
     packages are added only if the originals are not installed.
 
     Raises:
@@ -41,19 +41,19 @@ def legacy_variables() -> dict[str, str]:
     installation = find_ros()
     # Python runs any module named sitecustomize at startup, so startup_patches.py gets this name only in the overlay.
     own = {"frobs_rl": FROBS_RL, "gym": _HERE / "overlay" / "gym", "sitecustomize.py": _HERE / "startup_patches.py"}
-    stand_ins = missing_packages()
+    replacements = missing_packages()
     if not _has_moveit(installation):
         own[_MOVEIT] = _HERE / "overlay" / _MOVEIT
-        stand_ins.append(_HERE / "ros_packages")
+        replacements.append(_HERE / "ros_packages")
     overlay = make_overlay({**links_to_messages(), **links_to_ros(), **own})
     packages = _prepend(FROBS_RL, "ROS_PACKAGE_PATH")
-    for folder in stand_ins:
+    for folder in replacements:
         packages = _append(folder, packages)
     set_by_use_ros = {name: os.environ[name] for name in _OF_ROS if name in os.environ}
     return {
         "PYTHONPATH": _prepend(overlay, "PYTHONPATH"),
         "ROS_PACKAGE_PATH": packages,
-        "FROBS_PYTHON": sys.executable,  # Python interpreter that runs the stand-in programs
+        "FROBS_PYTHON": sys.executable,  # Python interpreter that runs the replacement programs
         **({"PATH": _append(installation.programs, os.environ.get("PATH", os.defpath))} if installation else {}),
         **set_by_use_ros,
     }

@@ -48,12 +48,12 @@ _FOLDERS = {
     "frobs_ros.ros": "doctor environment guard interrupts master names nodes overlay packages processes services "
     "state_publisher",
     "frobs_ros.policy_node": "mirror policy_loop scans visualization",
-    "frobs_rl_compat": "stand_ins",
     "frobs_rl_compat.ros": "arguments backends robot_basic_env robot_settings ros_controllers ros_gazebo ros_launch "
     "ros_node ros_params ros_spawn ros_urdf",
 }
 _MOVED = {
     **{f"frobs_ros.{name}": [f"{folder}.{name}"] for folder, names in _FOLDERS.items() for name in names.split()},
+    "frobs_ros.stand_ins": ["frobs_rl_compat.replacements"],
     "frobs_ros.ros_robot": ["frobs_ros.policy_node.robot"],
     "frobs_ros.log": ["frobs_ros.ros", "frobs_rl_compat.ros.logged_errors"],
 }

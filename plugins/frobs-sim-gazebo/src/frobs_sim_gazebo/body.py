@@ -32,8 +32,8 @@ class GazeboBody(BodyHandle):
     def pose(self) -> tuple[Floats, Floats]:
         """Pose in the world frame: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         if self._span is None:
-            found = self._simulation.stands[self.name]
-            return read_only(found[:, :3]), read_only(found[:, 3:])
+            poses = self._simulation.stands[self.name]
+            return read_only(poses[:, :3]), read_only(poses[:, 3:])
         raw = self._simulation.raw[:, self._span.start]
         return read_only(raw[:, :3] - self._arm(raw[:, 3:7])), read_only(raw[:, 3:7])
 

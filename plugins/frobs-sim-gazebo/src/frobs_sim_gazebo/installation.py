@@ -100,13 +100,13 @@ def _find(named: str | None, cache: str, path: str) -> Installation:
         return _in_root(Path(named).absolute(), f"${ROOT_VARIABLE}")
     own = shutil.which("gzserver", path=path)
     if own:
-        found = Installation(None, _version([own]))
-        if found.version.startswith("11."):
-            return found
+        installation = Installation(None, _version([own]))
+        if installation.version.startswith("11."):
+            return installation
     root = Path(cache) / "gazebo-root"
     if root.exists():
         return _in_root(root, "the cache")
-    reason = f"{own} has version '{found.version}', not 11" if own else "gzserver is not installed"
+    reason = f"{own} has version '{installation.version}', not 11" if own else "gzserver is not installed"
     raise SimulationError(
         f"Gazebo 11 is not available: {reason}. Install Gazebo 11 (Debian 11, Ubuntu 20.04 or 22.04: apt-get install "
         f"gazebo libgazebo-dev cmake g++). On other Debian releases, create a root folder for Gazebo: sudo {tool()}."

@@ -148,8 +148,8 @@ class Layout:
     def home(self, robot: str) -> Floats:
         """Return a robot's home positions for all joints, including mimic joints, (joints,) [rad or m]."""
         placement, bones = self._robots[robot], self.skeletons[robot]
-        found: Floats = bones.all_positions(home_positions(placement.model, placement.robot.home)[None])[0]
-        return found
+        positions: Floats = bones.all_positions(home_positions(placement.model, placement.robot.home)[None])[0]
+        return positions
 
     def start(self, robot: str) -> Floats:
         """Return the initial pose of a robot's base in the scene, (7,)."""

@@ -60,11 +60,11 @@ class MeshFiles:
 def _hull(mesh: Mesh, piece: MeshPart) -> MeshPart:
     points = np.unique(piece.vertices, axis=0)
     try:
-        found = ConvexHull(points)
+        hull = ConvexHull(points)
     except (QhullError, ValueError) as error:
         raise ModelFileError(mesh.path, "the mesh is flat, but collision shapes must have a volume.") from error
-    faces = found.simplices.astype(np.int32)
+    faces = hull.simplices.astype(np.int32)
     corners = points[faces]
-    inward = (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) * found.equations[:, :3]).sum(-1)
+    inward = (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) * hull.equations[:, :3]).sum(-1)
     faces[inward < 0.0] = faces[inward < 0.0][:, ::-1]
     return MeshPart(points, faces)

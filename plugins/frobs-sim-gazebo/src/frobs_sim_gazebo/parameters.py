@@ -66,10 +66,10 @@ class GazeboParameters(WrittenParameters):
                 for (kind, key), values in self.written.items()
                 if kind == "mass" and key.partition("/")[0] == robot and key not in simulation.scene.bodies
             }
-            found = simulation.layout.skeletons[robot].masses(changed)[
+            masses = simulation.layout.skeletons[robot].masses(changed)[
                 number - simulation.layout.bodies["robot", robot].start
             ]
-            weight, inertia = found.mass, found.inertia
+            weight, inertia = masses.mass, masses.inertia
         upper = inertia[np.triu_indices(3)]  # ixx, ixy, ixz, iyy, iyz, izz
         return [(Op.MASS, protocol.count(number) + protocol.numbers([weight, *upper]))]
 

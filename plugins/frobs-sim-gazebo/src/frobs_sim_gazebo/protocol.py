@@ -64,8 +64,8 @@ def texts(*values: str) -> bytes:
 
 def indices(values: Iterable[int]) -> bytes:
     """Encode indices, preceded by the number of indices."""
-    found = list(values)
-    return struct.pack(f"<{len(found) + 1}I", len(found), *found)
+    items = list(values)
+    return struct.pack(f"<{len(items) + 1}I", len(items), *items)
 
 
 def read_numbers(body: bytes) -> np.ndarray[Any, np.dtype[np.float64]]:

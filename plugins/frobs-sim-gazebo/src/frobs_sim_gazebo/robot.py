@@ -202,8 +202,8 @@ class GazeboRobot(RobotHandle):
     def frame_jacobian(self, frame: str) -> Floats:
         """Return a link's Jacobian in the world frame, (num_envs, 6, dof): linear rows 0–2 and angular rows 3–5."""
         link = self.frame_name(frame)
-        (found,) = self._cached(f"jacobian {link}", lambda: (self._bones.jacobian(link, *self._placed()),))
-        return found
+        (jacobian,) = self._cached(f"jacobian {link}", lambda: (self._bones.jacobian(link, *self._placed()),))
+        return jacobian
 
     def _placed(self) -> tuple[Floats, Floats, Floats]:
         pos, turn, axes = self._cached(
@@ -213,11 +213,11 @@ class GazeboRobot(RobotHandle):
 
     def _cached(self, what: str, compute: Callable[[], tuple[Floats, ...]]) -> tuple[Floats, ...]:
         """Return arrays that depend on the state, and compute them only once per state."""
-        version, found = self._seen.get(what, (-1, ()))
+        version, values = self._seen.get(what, (-1, ()))
         if version != self._simulation.version:
-            found = tuple(map(read_only, compute()))
-            self._seen[what] = self._simulation.version, found
-        return found
+            values = tuple(map(read_only, compute()))
+            self._seen[what] = self._simulation.version, values
+        return values
 
     def lidar(self, name: str) -> Floats:
         """Return the ranges measured by one of the robot's lidars, (num_envs, rays) [m]."""

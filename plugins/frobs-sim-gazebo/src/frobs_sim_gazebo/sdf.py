@@ -29,13 +29,13 @@ _UNTURNED = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 def safe_names(names: Iterable[str]) -> dict[str, str]:
     """Return a unique valid SDF name for each of the given names."""
-    found: dict[str, str] = {}
+    safe: dict[str, str] = {}
     for name in names:
         plain = re.sub(r"[^A-Za-z0-9_.-]", "_", name) or "_"
-        while plain in found.values() or plain == "world":
+        while plain in safe.values() or plain == "world":
             plain += "_"
-        found[name] = plain
-    return found
+        safe[name] = plain
+    return safe
 
 
 def floor_sdf(name: str, friction: float) -> str:

@@ -209,10 +209,10 @@ class GazeboSimulation(Simulation):
         self.command_rows.clear()
 
     def _gains(self, env: int) -> bytes:
-        whole = np.zeros((self.layout.joint_count, 5))
+        gains = np.zeros((self.layout.joint_count, 5))
         for name, robot in self.robots.items():
-            robot.fill_gains(env, whole[self.layout.joints[name]])
-        return protocol.numbers(whole)
+            robot.fill_gains(env, gains[self.layout.joints[name]])
+        return protocol.numbers(gains)
 
     def _take(self, env: int, answer: bytes, *, stepped: bool = False) -> bool:
         """Store the state in a server's answer, and return whether the state is valid.
@@ -220,17 +220,17 @@ class GazeboSimulation(Simulation):
         The efforts and contacts in the answer are stored only after a step.
         """
         self.version += 1
-        found, joints, bodies = protocol.read_numbers(answer), self.layout.joint_count, self.layout.body_count
-        if found[0]:
+        numbers, joints, bodies = protocol.read_numbers(answer), self.layout.joint_count, self.layout.body_count
+        if numbers[0]:
             self._diverged[env] = True
             return False
-        by_joint = found[1 : 1 + 3 * joints].reshape(joints, 3)
+        by_joint = numbers[1 : 1 + 3 * joints].reshape(joints, 3)
         self.positions[env], self.velocities[env], efforts = by_joint.T
         contacts = 1 + 3 * joints + 13 * bodies
-        self.raw[env] = found[1 + 3 * joints : contacts].reshape(bodies, 13)
+        self.raw[env] = numbers[1 + 3 * joints : contacts].reshape(bodies, 13)
         if stepped:
             self.efforts[env] = efforts
-            by_contact = found[contacts:].reshape(-1, 5)
+            by_contact = numbers[contacts:].reshape(-1, 5)
             self.contacts.closed[env], self.contacts.normal_force[env] = by_contact[:, :2].T
             self.contacts.resultant[env] = by_contact[:, 2:]
         return True
@@ -309,10 +309,10 @@ class GazeboSimulation(Simulation):
             body = head + protocol.numbers(origins[env]) + protocol.numbers(directions[env])
             messages[env] = [*self._queues[env], (Op.RAYS, body)]
             self._queues[env] = []
-        found = np.full((self.num_envs, count), max_range)
+        distances = np.full((self.num_envs, count), max_range)
         for env, answer in self.exchange(messages).items():
-            found[env] = protocol.read_numbers(answer)
-        return found
+            distances[env] = protocol.read_numbers(answer)
+        return distances
 
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
         """Apply a force and a torque at a body's center of mass during the next ``step``."""

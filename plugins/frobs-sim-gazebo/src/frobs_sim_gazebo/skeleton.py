@@ -98,16 +98,16 @@ class Skeleton:
 
     def all_positions(self, actuated: Floats) -> Floats:
         """Return the positions of all joints, (n, joints), for given positions of the actuated joints, (n, dof)."""
-        found = np.zeros((len(actuated), len(self.joints)))
-        found[:, self.actuated] = actuated
-        positions: Floats = found[:, self.leaders] * self.multipliers + self.offsets
+        full = np.zeros((len(actuated), len(self.joints)))
+        full[:, self.actuated] = actuated
+        positions: Floats = full[:, self.leaders] * self.multipliers + self.offsets
         return positions
 
     def all_velocities(self, actuated: Floats) -> Floats:
         """Return the velocities of all joints, (n, joints), for given velocities of the actuated joints, (n, dof)."""
-        found = np.zeros((len(actuated), len(self.joints)))
-        found[:, self.actuated] = actuated
-        velocities: Floats = found[:, self.leaders] * self.multipliers
+        full = np.zeros((len(actuated), len(self.joints)))
+        full[:, self.actuated] = actuated
+        velocities: Floats = full[:, self.leaders] * self.multipliers
         return velocities
 
     def place(self, base: Floats, positions: Floats) -> tuple[Floats, Floats, Floats]:
@@ -171,17 +171,17 @@ class Skeleton:
     def jacobian(self, link: str, pos: Floats, turn: Floats, axes: Floats) -> Floats:
         """Return the world Jacobian of a link's origin, (n, 6, dof), with linear rows 0–2 and angular rows 3–5."""
         body, at, _ = self.on_body(link, pos, turn)
-        whole = np.zeros((len(pos), 6, len(self.joints)))
+        jacobian = np.zeros((len(pos), 6, len(self.joints)))
         while body > 0:
             j = body - 1
             leader, share = self.leaders[j], self.multipliers[j]
             if self._slides[j]:
-                whole[:, :3, leader] += share * axes[:, j]
+                jacobian[:, :3, leader] += share * axes[:, j]
             else:
-                whole[:, :3, leader] += share * np.cross(axes[:, j], at - pos[:, body])
-                whole[:, 3:, leader] += share * axes[:, j]
+                jacobian[:, :3, leader] += share * np.cross(axes[:, j], at - pos[:, body])
+                jacobian[:, 3:, leader] += share * axes[:, j]
             body = self.parents[j]
-        return whole[:, :, self.actuated]
+        return jacobian[:, :, self.actuated]
 
     def masses(self, changed: Mapping[str, float] | None = None) -> list[Mass]:
         """Return the mass properties of each body, which are 0 for a body without mass.
@@ -206,7 +206,7 @@ class Skeleton:
 
 
 def _joined(links: list[tuple[Link, int, Floats]], changed: Mapping[str, float], armature: Floats) -> Mass:
-    found = []
+    parts = []
     for link, _, offset in links:
         inertial = link.inertial
         assert inertial is not None
@@ -214,10 +214,10 @@ def _joined(links: list[tuple[Link, int, Floats]], changed: Mapping[str, float],
         rotation = matrix_from_quat(offset[3:])
         com = offset[:3] + (rotation * np.array(inertial.origin.pos)).sum(-1)
         inertia = rotation @ inertia_matrix(inertial) @ rotation.T * (mass / inertial.mass)
-        found.append((mass, com, inertia))
-    total = sum(mass for mass, _, _ in found)
+        parts.append((mass, com, inertia))
+    total = sum(mass for mass, _, _ in parts)
     if total <= 0.0:
         return Mass(0.0, np.zeros(3), np.zeros((3, 3)))
-    com = np.sum([mass * at for mass, at, _ in found], axis=0) / total
-    inertia = armature + np.sum([own + parallel_axis(mass, at - com) for mass, at, own in found], axis=0)
+    com = np.sum([mass * at for mass, at, _ in parts], axis=0) / total
+    inertia = armature + np.sum([own + parallel_axis(mass, at - com) for mass, at, own in parts], axis=0)
     return Mass(total, com, inertia)

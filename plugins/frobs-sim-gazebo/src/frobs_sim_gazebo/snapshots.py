@@ -36,8 +36,8 @@ def put_back(simulation: GazeboSimulation, state: Snapshot) -> None:
         robot.set_command_mode([_MODES[int(number)] for number in state[f"modes/{name}"][0]])
     for name in simulation.layout.placed:
         simulation.place(name, state[f"stands/{name}"], envs)
-    whole = slice(0, simulation.layout.body_count), slice(0, simulation.layout.joint_count)
-    simulation.write(whole[0], state["raw"], envs, whole[1], state["positions"])
+    bodies, joints = slice(0, simulation.layout.body_count), slice(0, simulation.layout.joint_count)
+    simulation.write(bodies, state["raw"], envs, joints, state["positions"])
     for name in _STATE:
         getattr(simulation, name)[...] = state[name]
     simulation.contacts.restore(state)

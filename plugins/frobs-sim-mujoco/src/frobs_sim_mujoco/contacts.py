@@ -19,8 +19,8 @@ _STRONGEST, _TOTAL = 2, 3  # reductions of a contact sensor: contact with the la
 
 def _ignored(name: str, contact: Contact) -> dict[str, str]:
     """Return the objects that a contact ignores, by sensor name, omitting single links of ignored robots."""
-    whole = set(contact.ignore)
-    return {f"{name} - {which}": which for which in contact.ignore if which.partition("/")[0] not in whole - {which}}
+    ignored = set(contact.ignore)
+    return {f"{name} - {which}": which for which in contact.ignore if which.partition("/")[0] not in ignored - {which}}
 
 
 def add_contact(

@@ -26,8 +26,8 @@ def find_overlaps(model: mujoco.MjModel, state: Floats, prefix: str) -> list[Ove
         if first.startswith(prefix) and second.startswith(prefix):
             pair = first.removeprefix(prefix), second.removeprefix(prefix)
             depths[pair] = max(depth, depths.get(pair, 0.0))
-    found = [Overlap(first=first, second=second, depth=depth) for (first, second), depth in depths.items()]
-    return sorted(found, key=lambda overlap: -overlap.depth)
+    overlaps = [Overlap(first=first, second=second, depth=depth) for (first, second), depth in depths.items()]
+    return sorted(overlaps, key=lambda overlap: -overlap.depth)
 
 
 def overlaps_at_home(model: mujoco.MjModel, robots: Mapping[str, Placement]) -> list[tuple[str, str]]:

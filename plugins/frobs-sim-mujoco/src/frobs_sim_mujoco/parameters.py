@@ -173,10 +173,10 @@ def _geoms(simulation: MujocoSimulation, target: str) -> list[int]:
     if target == "floor" and simulation.scene.floor:
         return [model.geom("floor").id]
     body = body_id(simulation, target)
-    found = [g for g in range(model.ngeom) if model.geom_bodyid[g] == body and model.geom_contype[g]]
-    if not found:
+    geoms = [g for g in range(model.ngeom) if model.geom_bodyid[g] == body and model.geom_contype[g]]
+    if not geoms:
         raise PhysicsParameterError("friction", target, "cannot be changed, because this body does not collide.")
-    return found
+    return geoms
 
 
 def _robot(simulation: MujocoSimulation, name: str) -> MujocoRobot:

@@ -42,8 +42,8 @@ def _choose_backend() -> str:
 
     A backend that does not work can crash the process, so each backend is tried in a separate process.
     """
-    wanted = os.environ.get("MUJOCO_GL", "").lower()
-    for backend in [wanted] if wanted in ("egl", "osmesa", "glfw") else ["egl", "osmesa"]:
+    requested = os.environ.get("MUJOCO_GL", "").lower()
+    for backend in [requested] if requested in ("egl", "osmesa", "glfw") else ["egl", "osmesa"]:
         environment = {**os.environ, "MUJOCO_GL": backend}
         environment.pop("PYOPENGL_PLATFORM", None)
         probe = subprocess.run(

@@ -164,15 +164,15 @@ class MujocoRobot(RobotHandle):
         """Return the pose of a link in the world frame, at the current or given joint positions."""
         if joint_positions is not None:
             return self.planned_frame_pose(frame, joint_positions)
-        found = self._poses.get(frame)
-        if found is None:
+        pose = self._poses.get(frame)
+        if pose is None:
             if (link := self.frame_name(frame)) in self._between:
                 return self._pose_between(self._between[link])
             body, derived = self._body(frame), self._simulation.derived
-            found = derived("xpos")[:, body], derived("xquat")[:, body]
-            self._poses[frame] = found  # views of arrays that the batch updates in place
+            pose = derived("xpos")[:, body], derived("xquat")[:, body]
+            self._poses[frame] = pose  # views of arrays that the batch updates in place
         self._simulation.refresh()
-        return found
+        return pose
 
     def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
         """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin, (num_envs, 3) each."""
@@ -185,8 +185,8 @@ class MujocoRobot(RobotHandle):
 
     def frame_jacobian(self, frame: str) -> Floats:
         """Return a link's Jacobian, (num_envs, 6, dof): lin_vel_world in rows 0–2 and ang_vel_world in rows 3–5."""
-        found = self._motions.get(frame)
-        if found is None:
+        cached = self._motions.get(frame)
+        if cached is None:
             link = self.frame_name(frame)
             # In MuJoCo, joints that mimic others have their own degrees of freedom.
             if link in self._between or any(joint.mimic for joint in joint_path(self.model, link)):
@@ -194,9 +194,9 @@ class MujocoRobot(RobotHandle):
             # Views of arrays that the batch updates in place: reference points, and dof motions (num_envs, 6, nv).
             centre = self._simulation.derived("subtree_com")[:, self._tree]
             motions = self._simulation.derived("cdof").transpose(0, 2, 1)
-            found = self._motions[frame] = self.frame_pose(frame)[0], centre, motions, self._moved_by(frame)
+            cached = self._motions[frame] = self.frame_pose(frame)[0], centre, motions, self._moved_by(frame)
         self._simulation.refresh()
-        pos, centre, motions, moved = found
+        pos, centre, motions, moved = cached
         np.subtract(pos, centre, out=self._arm[:, 0])
         np.matmul(self._arm, _ARM, out=self._shift)
         np.add(self._shift, self._swap, out=self._shift)
@@ -217,17 +217,17 @@ class MujocoRobot(RobotHandle):
         return moved(joint, pos, quat, self._qpos[:, element.qposadr] - rest)
 
     def _body(self, frame: str) -> int:
-        found = self._body_ids.get(frame)
-        if found is None:
+        body = self._body_ids.get(frame)
+        if body is None:
             link = self.frame_name(frame)
             try:
-                found = self._body_ids[frame] = int(self._simulation.model.body(f"{self.name}/{link}").id)
+                body = self._body_ids[frame] = int(self._simulation.model.body(f"{self.name}/{link}").id)
             except KeyError as error:
                 raise SimulationError(
                     f"link '{link}' is between the joints of one MJCF body, for which MuJoCo does not compute "
                     "velocities."
                 ) from error
-        return found
+        return body
 
     def _moved_by(self, frame: str) -> Floats | None:
         """Return 1 for each joint that moves the link, otherwise 0, (dof,), or None if all joints move the link."""

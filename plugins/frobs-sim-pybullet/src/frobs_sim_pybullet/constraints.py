@@ -71,14 +71,14 @@ class Constraints:
         if not (self._rubbing or beyond):
             return None
         columns, (signs, softness, low, high) = self._columns, self._friction
-        wanted = -self._decay * np.array([v[i] for i in self._rubbing])
+        requested = -self._decay * np.array([v[i] for i in self._rubbing])
         if beyond:
             numbers, *parts = np.array(beyond).T
             columns = np.concatenate([columns, numbers.astype(np.intp)])
-            joined = zip((signs, wanted, softness, low, high), parts, strict=True)
-            signs, wanted, softness, low, high = (np.concatenate(pair) for pair in joined)
+            joined = zip((signs, requested, softness, low, high), parts, strict=True)
+            signs, requested, softness, low, high = (np.concatenate(pair) for pair in joined)
         coupling = signs[:, None] * inverse[np.ix_(columns, columns)] * signs + np.diag(softness)
-        efforts = _minimise(coupling, signs * accelerations[columns] - wanted, low, high)
+        efforts = _minimise(coupling, signs * accelerations[columns] - requested, low, high)
         result = np.zeros(len(accelerations))
         np.add.at(result, columns, signs * efforts)
         return result
@@ -91,8 +91,8 @@ class Constraints:
             sign, distance = (1.0, x - lower) if x < lower else (-1.0, upper - x)
             impedance = _impedance(-distance)
             softness = (1.0 - impedance) / impedance * self._diagonal[self._lead + i]
-            wanted = -self._damping * sign * v[i] - self._stiffness * impedance * distance
-            yield self._lead + i, sign, wanted, softness, 0.0, np.inf
+            requested = -self._damping * sign * v[i] - self._stiffness * impedance * distance
+            yield self._lead + i, sign, requested, softness, 0.0, np.inf
 
 
 def _impedance(depth: float) -> float:
@@ -151,16 +151,16 @@ def _sweep(
     matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Floats, tolerance: float
 ) -> tuple[Floats, bool]:
     """Improve efforts by Gauss-Seidel sweeps, and return the efforts and whether they have converged."""
-    found = efforts.tolist()
+    solved = efforts.tolist()
     rows = list(
         zip(matrix.tolist(), slope.tolist(), low.tolist(), high.tolist(), matrix.diagonal().tolist(), strict=True)
     )
     for _ in range(_SWEEPS):
         change = 0.0
         for i, (row, start, least, most, pivot) in enumerate(rows):
-            old = found[i]
-            value = found[i] = min(most, max(least, old - (start + sum(map(mul, row, found))) / pivot))
+            old = solved[i]
+            value = solved[i] = min(most, max(least, old - (start + sum(map(mul, row, solved))) / pivot))
             change = max(change, abs(value - old) / max(1e-9, abs(value)))
         if change < tolerance:
-            return np.array(found), True
-    return np.array(found), False
+            return np.array(solved), True
+    return np.array(solved), False

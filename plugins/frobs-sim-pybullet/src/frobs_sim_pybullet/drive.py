@@ -273,10 +273,10 @@ def _shares(articulation: Articulation) -> list[tuple[int, int, float]]:
         For each joint, its index, the index of the joint whose drive moves it (the same joint, or the leader of a mimic
         joint), and the joint's share of the drive's effort.
     """
-    found = []
+    shares = []
     mimics = [follower for follower, _, _ in articulation.mimics]
     for leader in [index for index in range(len(articulation.moving)) if index not in mimics]:
         followers = {index: mimic.multiplier for index, other, mimic in articulation.mimics if other == leader}
         total = 1.0 + sum(map(abs, followers.values()))
-        found += [(index, leader, 1.0 / total) for index in (leader, *followers)]
-    return found
+        shares += [(index, leader, 1.0 / total) for index in (leader, *followers)]
+    return shares

@@ -42,10 +42,10 @@ class GeneralLaw:
         self._armature = np.diag([0.0] * offset + list(armature))
         self._reduction: Floats | None = None
         if mimics:
-            whole = np.eye(offset + count)
+            reduction = np.eye(offset + count)
             for follower, leader, mimic in mimics:
-                whole[offset + follower, offset + leader] = mimic.multiplier
-            self._reduction = np.delete(whole, [offset + follower for follower, _, _ in mimics], axis=1)
+                reduction[offset + follower, offset + leader] = mimic.multiplier
+            self._reduction = np.delete(reduction, [offset + follower for follower, _, _ in mimics], axis=1)
 
     def __call__(
         self,
@@ -69,12 +69,12 @@ class GeneralLaw:
             inverse = self._inverse(mass + self._armature)
             held = self._constraints(inverse, inverse @ right, q, v)
             right = right if held is None else right + held
-        whole = mass + np.diag(np.concatenate([lead, inertia + np.where(saturated, 0.0, drive_inertia)]))
+        effective_mass = mass + np.diag(np.concatenate([lead, inertia + np.where(saturated, 0.0, drive_inertia)]))
         if self._reduction is None:
-            accelerations = np.linalg.solve(whole, right)
+            accelerations = np.linalg.solve(effective_mass, right)
         else:
             follow = self._reduction
-            accelerations = follow @ np.linalg.solve(follow.T @ whole @ follow, follow.T @ right)
+            accelerations = follow @ np.linalg.solve(follow.T @ effective_mass @ follow, follow.T @ right)
         torques: list[float] = (mass @ accelerations + bias)[self._offset :].tolist()
         self.accelerations = accelerations[self._offset :]
         return torques, efforts.tolist()

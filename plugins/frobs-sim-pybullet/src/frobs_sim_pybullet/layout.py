@@ -24,7 +24,7 @@ def layout(robots: Mapping[str, Placement], scene: Scene) -> Layout:
 
     Poses, twists and Jacobians are written only on request, so unused arrays do not occupy physical memory.
     """
-    found: Layout = {
+    fields: Layout = {
         "time": ((), "f8"),
         "diverged": ((), "?"),
         **ContactState.fields(scene),
@@ -32,21 +32,21 @@ def layout(robots: Mapping[str, Placement], scene: Scene) -> Layout:
     for name, placement in robots.items():
         dof = len(placement.model.joint_names)
         for field in ("command", "positions", "velocities", "efforts"):
-            found[f"robots/{name}/{field}"] = (dof,), "f8"
-        found[f"robots/{name}/gains"] = (
+            fields[f"robots/{name}/{field}"] = (dof,), "f8"
+        fields[f"robots/{name}/gains"] = (
             (3, dof),
             "f8",
         )  # Kp and Kd in the current command mode, and the joint damping
         for sensor in placement.force_torque_sensors:
-            found[f"robots/{name}/wrench/{sensor}"] = (6,), "f8"
+            fields[f"robots/{name}/wrench/{sensor}"] = (6,), "f8"
         for link in placement.model.links:
-            found[f"robots/{name}/pose/{link.name}"] = (7,), "f8"  # position and quat_wxyz
-            found[f"robots/{name}/twist/{link.name}"] = (6,), "f8"  # linear, angular
-            found[f"robots/{name}/jacobian/{link.name}"] = (6, dof), "f8"
+            fields[f"robots/{name}/pose/{link.name}"] = (7,), "f8"  # position and quat_wxyz
+            fields[f"robots/{name}/twist/{link.name}"] = (6,), "f8"  # linear, angular
+            fields[f"robots/{name}/jacobian/{link.name}"] = (6, dof), "f8"
     for name in scene.bodies:
-        found[f"bodies/{name}/pose"] = (7,), "f8"
-        found[f"bodies/{name}/twist"] = (6,), "f8"
-    return found
+        fields[f"bodies/{name}/pose"] = (7,), "f8"
+        fields[f"bodies/{name}/twist"] = (6,), "f8"
+    return fields
 
 
 def allocate(fields: Layout, num_envs: int, context: BaseContext | None) -> Any:
@@ -61,16 +61,16 @@ def arrays(fields: Layout, num_envs: int, buffer: Any) -> Arrays:
     """Return the arrays as views of a buffer."""
     views, offset = {}, 0
     for name, (shape, dtype) in fields.items():
-        whole = (num_envs, *shape)
-        view = np.frombuffer(buffer, dtype, math.prod(whole), offset) if math.prod(whole) else np.zeros(0, dtype)
-        views[name] = view.reshape(whole)
+        size = (num_envs, *shape)
+        view = np.frombuffer(buffer, dtype, math.prod(size), offset) if math.prod(size) else np.zeros(0, dtype)
+        views[name] = view.reshape(size)
         offset += _size(shape, num_envs)
     return views
 
 
-def row(whole: Arrays, env: int) -> Arrays:
+def row(batch: Arrays, env: int) -> Arrays:
     """Return a view of one environment's row in each array."""
-    return {name: array[env, ...] for name, array in whole.items()}
+    return {name: array[env, ...] for name, array in batch.items()}
 
 
 def state_names(names: Iterable[str]) -> list[str]:

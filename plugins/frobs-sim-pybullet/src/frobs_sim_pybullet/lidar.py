@@ -95,13 +95,13 @@ class Rays:
         for number, members in groups.items():
             shapes, pose = self._round[number]
             frame = pose()
-            found = np.full(len(members), np.inf)
+            nearest = np.full(len(members), np.inf)
             for geometry, offset in shapes:
                 (pos, (x, y, z, w)) = compose(frame, from_pose(offset))
                 back = quat_conjugate([w, x, y, z])
                 local = quat_rotate(back, origins[members] - pos)
-                found = np.minimum(found, distances(geometry, local, quat_rotate(back, directions[members])))
-            for ray, distance in zip(members, found.tolist(), strict=True):
+                nearest = np.minimum(nearest, distances(geometry, local, quat_rotate(back, directions[members])))
+            for ray, distance in zip(members, nearest.tolist(), strict=True):
                 if distance < max_range:
                     result[ray] = distance
                 elif result[ray] + _BEYOND < max_range:

@@ -24,8 +24,8 @@ def find_overlaps(placement: Placement, joint_positions: Floats) -> list[Overlap
         touching = replace(placement, robot=replace(placement.robot, self_collision=True))
         robot = Articulation(client, "robot", touching, dynamics, meshes, 1)
         robot.write_joints(joint_positions.tolist(), [0.0] * len(joint_positions))
-        found = [Overlap(first=a, second=b, depth=depth) for (a, b), depth in robot.overlaps().items()]
-        return sorted(found, key=lambda overlap: -overlap.depth)
+        overlaps = [Overlap(first=a, second=b, depth=depth) for (a, b), depth in robot.overlaps().items()]
+        return sorted(overlaps, key=lambda overlap: -overlap.depth)
     finally:
         meshes.clear()
         p.disconnect(client)

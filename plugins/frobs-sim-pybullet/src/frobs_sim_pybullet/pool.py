@@ -169,14 +169,14 @@ class Pool:
                     answers[number] = self._pipes[number].recv()
                 except (EOFError, OSError):
                     self._fail(number, what)
-        found = [answers[number] for number in numbers]
-        for failure in found:
+        replies = [answers[number] for number in numbers]
+        for failure in replies:
             if not isinstance(failure, Exception):
                 continue
             self._failure = SimulationError("a worker process of this simulation has failed; create a new simulation.")
             self.close()
             raise failure
-        return found
+        return replies
 
     def _fail(self, number: int, what: str) -> None:
         """Raise an error that describes how a worker exited."""

@@ -108,11 +108,11 @@ class PybulletRobot(RobotHandle):
         """Return the pose of a link in the world frame, at the current or given joint positions."""
         if joint_positions is not None:
             return self.planned_frame_pose(frame, joint_positions)
-        found = self._poses.get(frame)
-        if found is None:
+        poses = self._poses.get(frame)
+        if poses is None:
             pose = self._watched("pose", frame)
-            found = self._poses[frame] = pose[:, :3], pose[:, 3:]  # views that the worlds update in place
-        return found
+            poses = self._poses[frame] = pose[:, :3], pose[:, 3:]  # views that the worlds update in place
+        return poses
 
     def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
         """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin, (num_envs, 3) each."""

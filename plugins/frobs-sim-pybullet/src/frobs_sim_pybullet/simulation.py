@@ -342,9 +342,9 @@ class PybulletSimulation(Simulation):
 
     def watched(self, channel: str) -> Floats:
         """Return a read-only view of a shared array, and keep the array up to date from now on."""
-        found = self._seen.get(channel)
-        if found is None:
+        view = self._seen.get(channel)
+        if view is None:
             self.call("watch", None, channel)
-            found = self._seen[channel] = self.arrays[channel].view()
-            found.flags.writeable = False
-        return found
+            view = self._seen[channel] = self.arrays[channel].view()
+            view.flags.writeable = False
+        return view

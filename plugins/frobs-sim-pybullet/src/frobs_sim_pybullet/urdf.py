@@ -113,8 +113,8 @@ def _hang_from_a_weight(
 ) -> tuple[Vector, Quat]:
     """Select a base that has a mass and is fixed to the root, and return the root's pose in the base's frame."""
     root = model.root
-    for found in joints:
-        joint, parent, place = found
+    for fixture in joints:
+        joint, parent, place = fixture
         if parent == root and joint.type is JointType.FIXED and links[joint.child].inertial is not None:
             break
     else:
@@ -123,7 +123,7 @@ def _hang_from_a_weight(
             f"the root link '{root}' and the links fixed to it have no mass, but a free base requires a mass.",
         )
     base, back = joint.child, invert(place)
-    joints.remove(found)
+    joints.remove(fixture)
     bodies.remove(base)
     bodies.insert(0, base)
     if _is_body(links[root]):
@@ -243,13 +243,13 @@ def _inertial(inertial: Inertial, mass: float | None = None) -> str:
 
 
 def _joint(joint: Joint, parent: str, origin: tuple[Vector, Quat]) -> str:
-    found, kind = position_range(joint), joint.type.value
-    if found is None:
+    limits, kind = position_range(joint), joint.type.value
+    if limits is None:
         lower, upper = 1.0, -1.0  # Bullet treats an empty range as unlimited
         kind = "continuous" if joint.type is JointType.REVOLUTE else kind
     else:
         net = NET[joint.type]
-        lower, upper = found[0] - net, found[1] + net
+        lower, upper = limits[0] - net, limits[1] + net
     return (
         f'<joint name={quoteattr(joint.name)} type="{kind}"><parent link={quoteattr(parent)}/>'
         f'<child link={quoteattr(joint.child)}/>{_origin(origin)}<axis xyz="{_numbers(joint.axis)}"/>'

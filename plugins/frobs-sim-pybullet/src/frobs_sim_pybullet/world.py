@@ -153,16 +153,16 @@ class World:
         self._fresh: int = p.saveState(client)
 
     def _colliders(self, bodies: Mapping[str, Body]) -> dict[Side, Collider]:
-        found: dict[Side, Collider] = {}
+        colliders: dict[Side, Collider] = {}
         for name, number in self.bodies.items():
             parts = tuple((shape.geometry, shape.origin) for shape in bodies[name].collisions)
-            found[number, -1] = parts, partial(self.body_frame, name)
+            colliders[number, -1] = parts, partial(self.body_frame, name)
         for name, robot in self.robots.items():
             shapes = {link.name: link.collisions for link in self._placements[name].model.links}
             for link, index in robot.links.items():
                 parts = tuple((shape.geometry, shape.origin) for shape in shapes[link])
-                found[robot.body, index] = parts, partial(robot.link_frame, index)
-        return found
+                colliders[robot.body, index] = parts, partial(robot.link_frame, index)
+        return colliders
 
     def _attach(self, attachment: Attachment, pose: tuple[Vector, Quat]) -> None:
         """Attach two bodies or links to each other.

@@ -42,16 +42,16 @@ def posture_at(robot: RobotHandle, pos: Floats, quat_wxyz: Floats) -> Floats:
     moving = np.array([joint in {each.name for each in path} for joint in robot.joint_names])
     low, high = np.where(np.isfinite(low), low, -np.pi), np.where(np.isfinite(high), high, np.pi)
     random = np.random.default_rng(0).uniform(low, high, (_SEEDS, robot.dof))
-    found = np.where(moving, np.concatenate([home[None], random]), home)  # (seeds, dof)
+    joints = np.where(moving, np.concatenate([home[None], random]), home)  # (seeds, dof)
     for _ in range(_ITERATIONS):
-        error = _error(robot, found, pos, quat_wxyz)
-        jacobian = _jacobian(robot, found) * moving
+        error = _error(robot, joints, pos, quat_wxyz)
+        jacobian = _jacobian(robot, joints) * moving
         gram = np.einsum("nij,nkj->nik", jacobian, jacobian) + _DAMPING**2 * np.eye(6)
         step = np.einsum("nij,ni->nj", jacobian, np.linalg.solve(gram, error[:, :, None])[:, :, 0])
-        found = np.clip(found + np.clip(step, -_LONGEST, _LONGEST), low, high)
-    error = np.abs(_error(robot, found, pos, quat_wxyz)).max(axis=1)
+        joints = np.clip(joints + np.clip(step, -_LONGEST, _LONGEST), low, high)
+    error = np.abs(_error(robot, joints, pos, quat_wxyz)).max(axis=1)
     links = [joint.child for joint in path[2:]]
-    heights = np.stack([robot.planned_frame_pose(link, found)[0][:, 2] for link in links] or [pos[None, 2]])
+    heights = np.stack([robot.planned_frame_pose(link, joints)[0][:, 2] for link in links] or [pos[None, 2]])
     usable = (error < _NEAR) & (heights.min(axis=0) > min(_CLEARANCE, pos[2] - 1e-3))
     if not usable.any():
         raise UnsuitableRobotError(
@@ -59,8 +59,8 @@ def posture_at(robot: RobotHandle, pos: Floats, quat_wxyz: Floats) -> Floats:
             f"cannot reach {numbers(pos)} m with its tool '{robot.tcp}' pointing down; choose another working area "
             "with center= and area=.",
         )
-    far = ((found - home) ** 2).sum(axis=1)
-    return np.asarray(found[np.argmin(np.where(usable, far, np.inf))])
+    far = ((joints - home) ** 2).sum(axis=1)
+    return np.asarray(joints[np.argmin(np.where(usable, far, np.inf))])
 
 
 def _error(robot: RobotHandle, joint_positions: Floats, pos: Floats, quat_wxyz: Floats) -> Floats:

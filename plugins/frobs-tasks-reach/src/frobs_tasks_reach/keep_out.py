@@ -29,7 +29,7 @@ class Foot:
         base_pos, base_quat = robot.base_pose[0][0], robot.base_pose[1][0]
         rotation = matrix_from_quat(base_quat)
         for link, pos, turn in fixed_links(robot.model):
-            for collision in next(found for found in robot.model.links if found.name == link).collisions:
+            for collision in next(each for each in robot.model.links if each.name == link).collisions:
                 offset, local = _matrix(collision.origin)
                 self._solids.append(
                     (collision.geometry, base_pos + rotation @ (pos + turn @ offset), rotation @ turn @ local)
@@ -71,13 +71,13 @@ def distance_to(geometry: Geometry, positions: Floats) -> Floats:
 
 def fixed_links(model: RobotModel) -> list[tuple[str, Floats, Floats]]:
     """Return (name, origin (3,), rotation (3, 3)) of the root link and all links fixed to it, in the root's frame."""
-    found = [(model.root, np.zeros(3), np.eye(3))]
-    for name, pos, turn in found:  # the list grows while it is iterated
+    links = [(model.root, np.zeros(3), np.eye(3))]
+    for name, pos, turn in links:  # the list grows while it is iterated
         for joint in model.joints:
             if joint.parent == name and joint.type is JointType.FIXED:
                 offset, local = _matrix(joint.origin)
-                found.append((joint.child, pos + turn @ offset, turn @ local))
-    return found
+                links.append((joint.child, pos + turn @ offset, turn @ local))
+    return links
 
 
 def _matrix(pose: Pose) -> tuple[Floats, Floats]:

@@ -101,7 +101,7 @@ class JointSampler:
         """
         dof = len(self.lower)
         open_rows = np.ones(self._robot.num_envs, bool) if mask is None else mask.copy()
-        wanted = np.flatnonzero(open_rows)
+        masked_rows = np.flatnonzero(open_rows)
         joint_positions, positions = np.empty((len(open_rows), dof)), np.empty((len(open_rows), 3))
         for count in _ROUNDS:
             for rows in _chunks(np.flatnonzero(open_rows), max(1, _CHUNK // count)):
@@ -112,10 +112,10 @@ class JointSampler:
                 good = accept(reached)  # (m, count)
                 good[good] = self._floor.is_clear(candidates[good])
                 first = good.argmax(axis=1)
-                found = good[np.arange(len(rows)), first]
-                joint_positions[rows[found]] = candidates[found, first[found]]
-                positions[rows[found]] = reached[found, first[found]]
-                open_rows[rows[found]] = False
+                valid = good[np.arange(len(rows)), first]
+                joint_positions[rows[valid]] = candidates[valid, first[valid]]
+                positions[rows[valid]] = reached[valid, first[valid]]
+                open_rows[rows[valid]] = False
             if not open_rows.any():
                 break
         if open_rows.any():
@@ -124,7 +124,7 @@ class JointSampler:
                 f"'{self._robot.robot.name}' were tried in environment {int(np.flatnonzero(open_rows)[0])}; choose a "
                 "larger goal box, or initial='home'."
             )
-        return joint_positions[wanted], positions[wanted]
+        return joint_positions[masked_rows], positions[masked_rows]
 
 
 def _chunks(rows: np.ndarray[Any, Any], size: int) -> Iterator[np.ndarray[Any, Any]]:

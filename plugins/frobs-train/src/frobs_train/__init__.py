@@ -58,7 +58,7 @@ if TYPE_CHECKING:
     from frobs_train.runners.runner import raise_failures as raise_failures
     from frobs_train.runners.seeds import train_seeds as train_seeds
     from frobs_train.runs.checkpoints import Checkpoint as Checkpoint
-    from frobs_train.runs.existing import ON_EXISTING as ON_EXISTING
+    from frobs_train.runs.existing_folder import ON_EXISTING as ON_EXISTING
     from frobs_train.runs.model_file import ModelFile as ModelFile
     from frobs_train.runs.policy import open_policy as open_policy
     from frobs_train.runs.policy_run import ExpertRun as ExpertRun
@@ -97,7 +97,7 @@ _MODULES = {
     "Job": "frobs_train.runners.runner",
     "LOCAL": "frobs_train.runners.runner",
     "ModelFile": "frobs_train.runs.model_file",
-    "ON_EXISTING": "frobs_train.runs.existing",
+    "ON_EXISTING": "frobs_train.runs.existing_folder",
     "OctantResult": "frobs_train.evaluation.playing",
     "Outcome": "frobs_train.runners.runner",
     "PolicyRun": "frobs_train.runs.policy_run",

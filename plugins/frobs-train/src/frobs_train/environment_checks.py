@@ -70,36 +70,36 @@ class CheckedEnv(gym.Wrapper[Any, Any, Any, Any]):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Reset the environment."""
-        found: Any = self.env.reset(seed=seed, options=options)
+        returned: Any = self.env.reset(seed=seed, options=options)
         if not self._has_reset:
-            if not (isinstance(found, tuple) and len(found) == 2 and isinstance(found[1], dict)):
+            if not (isinstance(returned, tuple) and len(returned) == 2 and isinstance(returned[1], dict)):
                 raise self._fault(
-                    f"returns {described(found)} from reset(), but Gymnasium requires the tuple (observation, info); "
+                    f"returns {described(returned)} from reset(), but Gymnasium requires the tuple (observation, info); "
                     "return observation, {} from reset()."
                 )
-            self._check("reset()", found[0])
+            self._check("reset()", returned[0])
             self._has_reset = True
-        result: tuple[Any, dict[str, Any]] = found
+        result: tuple[Any, dict[str, Any]] = returned
         return result
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """Step the environment."""
-        found: Any = self.env.step(action)
+        returned: Any = self.env.step(action)
         if not self._has_stepped:
-            if not (isinstance(found, tuple) and len(found) == 5 and isinstance(found[4], dict)):
+            if not (isinstance(returned, tuple) and len(returned) == 5 and isinstance(returned[4], dict)):
                 raise self._fault(
-                    f"returns {described(found)} from step(), but Gymnasium requires the tuple (observation, reward, "
+                    f"returns {described(returned)} from step(), but Gymnasium requires the tuple (observation, reward, "
                     "terminated, truncated, info); for a step() that returns (observation, reward, done, info), insert False "
                     "after done."
                 )
-            self._check("step()", found[0])
-            if np.shape(found[1]) != () or np.asarray(found[1]).dtype.kind not in "fiub":
+            self._check("step()", returned[0])
+            if np.shape(returned[1]) != () or np.asarray(returned[1]).dtype.kind not in "fiub":
                 raise self._fault(
-                    f"returns {described(found[1])} as reward, but the reward must be a single number; "
+                    f"returns {described(returned[1])} as reward, but the reward must be a single number; "
                     "return float(reward)."
                 )
             self._has_stepped = True
-        result: tuple[Any, Any, bool, bool, dict[str, Any]] = found
+        result: tuple[Any, Any, bool, bool, dict[str, Any]] = returned
         return result
 
     def _check(self, method: str, observation: Any) -> None:
@@ -295,8 +295,8 @@ def misfit(space: gym.Space[Any], value: Any, name: str = "observation") -> str 
     """Return why a value is not an element of a space, except for bounds, or None."""
     if isinstance(space, gym.spaces.Dict):
         if not isinstance(value, dict) or set(value) != set(space.spaces):
-            found = f"the keys {', '.join(map(str, value))}" if isinstance(value, dict) else described(value)
-            return f"{name} has {found} instead of the keys {', '.join(map(str, space.spaces))}"
+            actual = f"the keys {', '.join(map(str, value))}" if isinstance(value, dict) else described(value)
+            return f"{name} has {actual} instead of the keys {', '.join(map(str, space.spaces))}"
         parts = [misfit(inner, value[key], f"{name}[{key!r}]") for key, inner in space.spaces.items()]
         return next(filter(None, parts), None)
     if isinstance(space, gym.spaces.Tuple):

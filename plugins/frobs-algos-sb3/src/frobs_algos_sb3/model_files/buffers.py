@@ -38,8 +38,8 @@ def write_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
         )
     size = buffer.size()
     arrays = {"format": np.array(FORMAT), "next": np.array(buffer.pos % buffer.buffer_size if buffer.full else size)}
-    for name, whole in _arrays(buffer).items():
-        arrays[name] = whole[:size]
+    for name, array in _arrays(buffer).items():
+        arrays[name] = array[:size]
     write_aside(path, lambda aside: write_arrays(aside, arrays))
 
 
@@ -61,11 +61,11 @@ def read_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
         raise CheckpointError(
             f"{path} does not match the model's replay buffer: it contains the arrays {', '.join(sorted(saved))}."
         )
-    for name, whole in own.items():
-        if saved[name].shape[1:] != whole.shape[1:] or saved[name].dtype != whole.dtype:
+    for name, array in own.items():
+        if saved[name].shape[1:] != array.shape[1:] or saved[name].dtype != array.dtype:
             raise CheckpointError(
                 f"{path} does not match the model: its array '{name}' contains values of the type {saved[name].dtype} "
-                f"and the shape {saved[name].shape[1:]} per step; expected {whole.dtype} and {whole.shape[1:]}."
+                f"and the shape {saved[name].shape[1:]} per step; expected {array.dtype} and {array.shape[1:]}."
             )
     count, following, capacity = rows.pop(), int(saved["next"]), buffer.buffer_size
     if not 0 <= following <= count:
@@ -77,21 +77,21 @@ def read_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
     else:  # different capacity: use the newest steps that fit, oldest first
         order = (following + np.arange(count))[-capacity:] % count
         start = len(order) % capacity
-    for name, whole in own.items():
-        whole[: len(order)] = saved[name][order]
+    for name, array in own.items():
+        array[: len(order)] = saved[name][order]
     buffer.pos, buffer.full = start, len(order) == capacity
 
 
 def _arrays(buffer: ReplayBuffer) -> dict[str, np.ndarray[Any, Any]]:
     """Return the arrays of a buffer, including those of dictionary observations."""
-    found: dict[str, np.ndarray[Any, Any]] = {}
+    arrays: dict[str, np.ndarray[Any, Any]] = {}
     for name in _FIELDS:
         value = getattr(buffer, name)
         if isinstance(value, dict):
-            found |= {f"{name}/{key}": item for key, item in value.items()}
+            arrays |= {f"{name}/{key}": item for key, item in value.items()}
         else:
-            found[name] = value
-    return found
+            arrays[name] = value
+    return arrays
 
 
 def _read(path: Path) -> dict[str, np.ndarray[Any, Any]]:

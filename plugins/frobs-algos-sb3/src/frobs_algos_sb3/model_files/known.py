@@ -72,12 +72,12 @@ def algorithm_class(name: str) -> type[BaseAlgorithm]:
     """Return the class of an algorithm, or raise Unreadable if sb3-contrib is not installed."""
     module, _, attribute = ALGORITHMS[name].partition(":")
     try:
-        found: type[BaseAlgorithm] = getattr(import_module(module), attribute)
+        cls: type[BaseAlgorithm] = getattr(import_module(module), attribute)
     except ImportError as error:
         raise Unreadable(
             f"algorithm '{name}' requires {module}; install it with 'pip install {module.replace('_', '-')}'"
         ) from error
-    return found
+    return cls
 
 
 def identify(data: Mapping[str, Any]) -> str | None:
@@ -109,11 +109,11 @@ def policy_class(value: Any) -> type[Any]:
     """
     module = value.get("__module__") if isinstance(value, dict) else None
     written = value.get("__init__") if isinstance(value, dict) else None
-    found = re.match(r"^<function (\w+)\.__init__ at 0x", written) if isinstance(written, str) else None
-    if found is None or found[1] not in _POLICIES.get(str(module), ()):
-        name = f"{module}.{found[1]}" if found else str(module)
+    function = re.match(r"^<function (\w+)\.__init__ at 0x", written) if isinstance(written, str) else None
+    if function is None or function[1] not in _POLICIES.get(str(module), ()):
+        name = f"{module}.{function[1]}" if function else str(module)
         raise Unreadable(f"{name} is not a policy class of stable-baselines3 or sb3-contrib")
-    result: type[Any] = getattr(import_module(str(module)), found[1])
+    result: type[Any] = getattr(import_module(str(module)), function[1])
     return result
 
 

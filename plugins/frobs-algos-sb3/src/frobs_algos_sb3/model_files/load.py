@@ -86,13 +86,13 @@ def load_model(
         return _load_trusted(archive, cls, env, device, overrides)
     archive = copy_shared_layers(archive)
     beside = read_sidecar(archive)
-    found = rebuild(archive, cls, {*overrides, *beside})
-    found.values.update(beside)
+    model = rebuild(archive, cls, {*overrides, *beside})
+    model.values.update(beside)
     venv = None if env is None else cls._wrap_env(env, verbose=0)
     if venv is not None:
-        _take_spaces(archive, found, venv)
-    _fill_in(archive, found, defaults or {}, training=env is not None)
-    return _build(archive, cls, venv, device, found.values, overrides)
+        _take_spaces(archive, model, venv)
+    _fill_in(archive, model, defaults or {}, training=env is not None)
+    return _build(archive, cls, venv, device, model.values, overrides)
 
 
 def _load_trusted(

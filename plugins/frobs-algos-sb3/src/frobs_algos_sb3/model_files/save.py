@@ -58,19 +58,19 @@ def save_model(model: BaseAlgorithm, path: Path, notes: Mapping[str, Any] | None
 
 def _attributes(model: BaseAlgorithm) -> dict[str, Any]:
     """Return the attributes that a zip file contains only as pickles or with rounded numbers, as JSON values."""
-    found: dict[str, Any] = {}
+    attributes: dict[str, Any] = {}
     for name in ("observation_space", "action_space"):
         try:
-            found[name] = space_to_json(getattr(model, name))
+            attributes[name] = space_to_json(getattr(model, name))
         except ConfigurationError:
             continue
     frequency = getattr(model, "train_freq", None)
     if isinstance(frequency, TrainFreq):
-        found["train_freq"] = [int(frequency.frequency), frequency.unit.value]
+        attributes["train_freq"] = [int(frequency.frequency), frequency.unit.value]
     noise = getattr(model, "action_noise", None)
     if type(noise) is NormalActionNoise:
-        found["action_noise"] = {"mean": noise._mu.tolist(), "sigma": noise._sigma.tolist()}
-    return found
+        attributes["action_noise"] = {"mean": noise._mu.tolist(), "sigma": noise._sigma.tolist()}
+    return attributes
 
 
 def read_sidecar(archive: ModelArchive) -> dict[str, Any]:
@@ -97,15 +97,15 @@ def read_sidecar(archive: ModelArchive) -> dict[str, Any]:
 def _read_attributes(saved: Mapping[str, Any]) -> dict[str, Any]:
     import numpy as np
 
-    found: dict[str, Any] = {
+    attributes: dict[str, Any] = {
         name: space_from_json(saved[name]) for name in ("observation_space", "action_space") if name in saved
     }
     if "train_freq" in saved:
         count, unit = saved["train_freq"]
         if unit not in ("step", "episode"):
             raise ValueError(f"train_freq has the unit {unit!r}")
-        found["train_freq"] = (int(count), unit)
+        attributes["train_freq"] = (int(count), unit)
     if "action_noise" in saved:
         mean, sigma = (np.array(saved["action_noise"][key], np.float64) for key in ("mean", "sigma"))
-        found["action_noise"] = NormalActionNoise(mean, sigma)
-    return found
+        attributes["action_noise"] = NormalActionNoise(mean, sigma)
+    return attributes

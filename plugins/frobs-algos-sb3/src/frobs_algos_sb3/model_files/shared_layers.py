@@ -46,17 +46,17 @@ def _sources(names: list[str]) -> dict[str, str]:
     """Return a mapping from new to old tensor names, in the order of the new policy's parameters."""
     shared = [name for name in names if name.startswith(_SHARED)]
     depth = 2 * len([name for name in shared if name.endswith("weight")])  # an activation follows each layer
-    found: dict[str, str] = {}
+    sources: dict[str, str] = {}
     for name in names:
         if not name.startswith("mlp_extractor."):
-            found[name] = name
+            sources[name] = name
         elif name == shared[0]:
             for side in _SIDES.values():
-                found |= {side + each.removeprefix(_SHARED): each for each in shared}
+                sources |= {side + each.removeprefix(_SHARED): each for each in shared}
                 for own in (each for each in names if each.startswith(side)):
                     number, _, kind = own.removeprefix(side).partition(".")
-                    found[f"{side}{int(number) + depth}.{kind}"] = own
-    return found
+                    sources[f"{side}{int(number) + depth}.{kind}"] = own
+    return sources
 
 
 def _optimizer(state: Any, old: list[str], sources: Iterable[str]) -> Any:

@@ -60,14 +60,14 @@ def read_space(value: Any) -> gym.Space[Any]:
         reader = _Reader(written)
         if written.startswith("OrderedDict("):
             reader.expect("OrderedDict([")
-            found = reader.items(pairs=True, depth=0)
+            items = reader.items(pairs=True, depth=0)
             reader.expect("])")
         else:
             reader.expect("{")
-            found = reader.items(pairs=False, depth=0)
+            items = reader.items(pairs=False, depth=0)
             reader.expect("}")
         reader.end()
-        return spaces.Dict(found)
+        return spaces.Dict(items)
     raise Unreadable(f"a space of the type {kind or value.get(':type:')} cannot be read")
 
 
@@ -92,7 +92,7 @@ class _Reader:
         """Parse keys and spaces, which have the form ``('key', space)`` if ``pairs`` is set."""
         if depth > MAX_DEPTH:
             raise Unreadable(f"the space has more than {MAX_DEPTH} levels of nesting")
-        found: OrderedDict[str, gym.Space[Any]] = OrderedDict()
+        items: OrderedDict[str, gym.Space[Any]] = OrderedDict()
         while True:
             if pairs:
                 self.expect("(")
@@ -101,14 +101,14 @@ class _Reader:
                 raise Unreadable("a key is missing in the text of the space")
             self._place = key.end()
             name = key[1] if key[1] is not None else key[2]
-            if name in found:
+            if name in items:
                 raise Unreadable(f"the key '{name}' occurs twice in the text of the space")
-            found[name] = self.space(depth + 1)
+            items[name] = self.space(depth + 1)
             if pairs:
                 self.expect(")")
             separator = _SEPARATOR.match(self._text, self._place)
             if separator is None:
-                return found
+                return items
             self._place = separator.end()
 
     def space(self, depth: int) -> gym.Space[Any]:
@@ -117,9 +117,9 @@ class _Reader:
             raise Unreadable("the text of the space contains an unknown type of space")
         self._place = kind.end()
         if kind[1] == "Dict":
-            found = self.items(pairs=False, depth=depth)
+            items = self.items(pairs=False, depth=depth)
             self.expect(")")
-            return spaces.Dict(found)
+            return spaces.Dict(items)
         arguments = self._arguments()
         named = {key.strip(): item for key, _, item in (a.partition("=") for a in arguments if "=" in a)}
         plain = [argument for argument in arguments if "=" not in argument]
@@ -137,7 +137,7 @@ class _Reader:
 
     def _arguments(self) -> list[str]:
         """Parse the arguments of a call up to its closing bracket."""
-        depth, start, found = 0, self._place, []
+        depth, start, arguments = 0, self._place, []
         for place in range(self._place, len(self._text)):
             letter = self._text[place]
             if letter in "([":
@@ -145,19 +145,19 @@ class _Reader:
             elif letter in ")]" and depth > 0:
                 depth -= 1
             elif letter == ")" or (letter == "," and depth == 0):
-                found.append(self._text[start:place].strip())
+                arguments.append(self._text[start:place].strip())
                 start = place + 1
                 if letter == ")":
                     self._place = start
-                    return found
+                    return arguments
         raise Unreadable("a bracket is missing in the text of the space")
 
 
 def _dtype(written: Any) -> np.dtype[Any]:
-    found = _DTYPE.match(written) if isinstance(written, str) else None
-    if found is None:
+    match = _DTYPE.match(written) if isinstance(written, str) else None
+    if match is None:
         raise Unreadable(f"{written!r} is not a type of numbers")
-    return np.dtype(found[1])
+    return np.dtype(match[1])
 
 
 def _box(low: Any, high: Any, of_shape: tuple[int, ...], dtype: Any) -> spaces.Box:

@@ -70,13 +70,13 @@ def array(text: Any, of_shape: tuple[int, ...] | None = None) -> np.ndarray[Any,
     values, shortened, place = [], False, 0
     text = text.strip()
     while place < len(text):
-        found = _TOKEN.match(text, place)
-        if found is None:
+        token = _TOKEN.match(text, place)
+        if token is None:
             raise Unreadable(f"{_short(text)} is not an array of numbers")
-        place = found.end()
-        if found[1] is not None:
-            values.append(float(found[1]))
-        shortened = shortened or found[3] is not None
+        place = token.end()
+        if token[1] is not None:
+            values.append(float(token[1]))
+        shortened = shortened or token[3] is not None
     if shortened and len(set(values)) > 1:
         raise Unreadable("the text omits numbers")
     if of_shape is None:
@@ -134,8 +134,8 @@ def action_noise(value: Any) -> ActionNoise | None:
 
 def class_name(text: Any) -> str:
     """Return ``module.Class`` from ``"<class 'module.Class'>"``, or ``""`` for other text."""
-    found = re.fullmatch(r"<class '([^']+)'>", text) if isinstance(text, str) else None
-    return found[1] if found else ""
+    match = re.fullmatch(r"<class '([^']+)'>", text) if isinstance(text, str) else None
+    return match[1] if match else ""
 
 
 def call(text: Any) -> tuple[str, dict[str, str]]:
@@ -143,11 +143,11 @@ def call(text: Any) -> tuple[str, dict[str, str]]:
 
     For other text, return ``("", {})``.
     """
-    found = re.fullmatch(r"(\w+)\(([\w=., +-]*)\)", text) if isinstance(text, str) else None
-    if found is None:
+    match = re.fullmatch(r"(\w+)\(([\w=., +-]*)\)", text) if isinstance(text, str) else None
+    if match is None:
         return "", {}
-    pairs = (part.partition("=") for part in found[2].split(","))
-    return found[1], {key.strip(): value.strip() for key, _, value in pairs}
+    pairs = (part.partition("=") for part in match[2].split(","))
+    return match[1], {key.strip(): value.strip() for key, _, value in pairs}
 
 
 def _short(value: Any) -> str:

@@ -165,8 +165,8 @@ def bench(
     options |= {key: value for key, value in keywords.items() if value is not None}
     steps = steps or 1000
     with only_json(json), working(f"measuring {steps:,} steps"):
-        found = measure(env_id, num_envs=count or 1, steps=steps, **options)
-    print_json(found) if json else print_facts(_step_facts(found))
+        result = measure(env_id, num_envs=count or 1, steps=steps, **options)
+    print_json(result) if json else print_facts(_step_facts(result))
 
 
 def _reject(options: dict[str, object], reason: str) -> None:

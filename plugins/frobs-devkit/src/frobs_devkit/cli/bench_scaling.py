@@ -151,24 +151,24 @@ def report_scaling(
         seconds=seconds or 2.0,
     )
     with only_json(json), _progress() as on_step:
-        found = bench_scaling(config, ranges, runner=cluster, learner=nodes is not None, on_step=on_step)
-    model = fit_model(found, bandwidth=None if network is None else network * _GIGABIT)
+        results = bench_scaling(config, ranges, runner=cluster, learner=nodes is not None, on_step=on_step)
+    model = fit_model(results, bandwidth=None if network is None else network * _GIGABIT)
     each = node_processors or usable_processors()
     predictions = [model.predict(count, each, config.steps, price) for count in nodes or ()]
     if out is not None:
-        plot_scaling([(found, model, each)], out)
+        plot_scaling([(results, model, each)], out)
     if json:
         print_json(
             {
-                **found.to_dict(),
+                **results.to_dict(),
                 "model": asdict(model),
                 "steps": config.steps if nodes else None,
                 "predictions": [asdict(prediction) for prediction in predictions],
             }
         )
         return
-    print_facts(scaling_facts(found, model))
-    if found.is_disturbed:
+    print_facts(scaling_facts(results, model))
+    if results.is_disturbed:
         print_note(
             "Other programs were using the processors, so the measured speed is too low. Close them and measure again."
         )

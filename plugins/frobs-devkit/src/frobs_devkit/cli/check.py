@@ -103,17 +103,17 @@ def check(
         from frobs_devkit.testing import find_subject, run_checks
         from frobs_train import read_setting
 
-        found = find_subject(subject)
-        if found.kind == "environment":
-            find_spec(found.name)
+        item = find_subject(subject)
+        if item.kind == "environment":
+            find_spec(item.name)
         expected = dict(_reason(text) for text in expect_failure or ())
-        given = _settings_of(found, merge(*(read_setting(setting) for setting in settings or ())))
-        checks = found.checks(robot, simulator, given, steps)
+        given = _settings_of(item, merge(*(read_setting(setting) for setting in settings or ())))
+        checks = item.checks(robot, simulator, given, steps)
         report = run_checks(checks, None if json else _print_result, expected)
     if json:
-        print_json({"id": found.name, "kind": found.kind, "claimed_capabilities": found.claims, **report.as_dict()})
+        print_json({"id": item.name, "kind": item.kind, "claimed_capabilities": item.claims, **report.as_dict()})
     else:
-        _print_end(found, report)
+        _print_end(item, report)
     if not report.ok:
         raise typer.Exit(1)
 

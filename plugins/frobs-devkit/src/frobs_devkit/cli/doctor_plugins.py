@@ -53,15 +53,15 @@ def plugins(
         if name not in known:
             raise UnknownNameError("plugin", name, set(known))
     with only_json(json):
-        found = examine_plugins(timeout, names or ())
+        reports = examine_plugins(timeout, names or ())
     if json:
-        print_json({"plugins": found})
-    elif not found:
+        print_json({"plugins": reports})
+    elif not reports:
         hint = local_install_hint("pip install frobs-sim-mujoco")
         print_note(f"no plugins are installed; install one, for example with '{hint}'")
     else:
-        _print(found)
-    if not all(facts.sound for facts in found):
+        _print(reports)
+    if not all(facts.sound for facts in reports):
         raise typer.Exit(1)
 
 

@@ -162,12 +162,12 @@ def parity(
 
 def _absolute(keywords: Mapping[str, Any]) -> dict[str, Any]:
     """Return an environment's keyword arguments with absolute paths, because a job may run in another folder."""
-    found = dict(keywords)
-    if Path(str(found.get("robot", ""))).is_file():
-        found["robot"] = str(Path(found["robot"]).resolve())
-    if "package_paths" in found:
-        found["package_paths"] = {name: str(Path(path).resolve()) for name, path in found["package_paths"].items()}
-    return found
+    kwargs = dict(keywords)
+    if Path(str(kwargs.get("robot", ""))).is_file():
+        kwargs["robot"] = str(Path(kwargs["robot"]).resolve())
+    if "package_paths" in kwargs:
+        kwargs["package_paths"] = {name: str(Path(path).resolve()) for name, path in kwargs["package_paths"].items()}
+    return kwargs
 
 
 def _split(names: str | None) -> list[str]:
@@ -184,7 +184,7 @@ def _installed(own: str) -> list[str]:
 def _print(certificate: Certificate, folder: Path) -> None:
     from rich.text import Text
 
-    from frobs_devkit.parity.report import SIGNS, rows
+    from frobs_devkit.parity.certificate_text import SIGNS, rows
 
     print_title(certificate.id, f"compared with {certificate.reference}")
     print_line()

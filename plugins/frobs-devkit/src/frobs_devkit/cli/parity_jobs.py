@@ -70,13 +70,13 @@ def certify_and_report(jobs: Sequence[Job], runner: Runner, folder: Path, *, jso
             lambda update: runner.run(jobs, folder, update),
             f"the finished certificates are in {folder}",
         )
-    found = [outcome.result for outcome in outcomes if outcome.error is None]
+    done = [outcome.result for outcome in outcomes if outcome.error is None]
     if json:
-        print_json(found)
-    elif found:
-        print_table(["environment", "", "comparisons", "over the tolerance", "certificate"], [_row(it) for it in found])
+        print_json(done)
+    elif done:
+        print_table(["environment", "", "comparisons", "over the tolerance", "certificate"], [_row(it) for it in done])
     raise_failures(outcomes)
-    return all(it["passed"] for it in found)
+    return all(it["passed"] for it in done)
 
 
 def _row(found: Mapping[str, Any]) -> list[str]:

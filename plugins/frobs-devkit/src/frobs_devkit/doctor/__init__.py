@@ -1,17 +1,18 @@
 """Facts and findings that ``frobs doctor`` reports about a robot's file or a plugin.
 
-report.py       the facts and the findings, as data
-reading.py      reads the file more leniently than a simulation
-joints.py       limits, drives, and efforts against gravity
-bodies.py       masses, inertias, shapes
-tools.py        possible tool links and their reach
-simulators.py   how each installed simulator represents the robot
-robot.py        combines all facts and findings in a report
-plugins.py      the installed plugins, each imported in its own process
+robot_report.py   the facts and the findings, as data
+reading.py        reads the file more leniently than a simulation
+joints.py         limits, drives, and efforts against gravity
+bodies.py         masses, inertias, shapes
+tools.py          possible tool links and their reach
+simulators.py     how each installed simulator represents the robot
+robot.py          combines all facts and findings in a report
+plugins.py        the installed plugins, each imported in its own process
 """
 
 from frobs_devkit.doctor.plugins import PluginFacts, examine_plugins
-from frobs_devkit.doctor.report import (
+from frobs_devkit.doctor.robot import examine_robot
+from frobs_devkit.doctor.robot_report import (
     Difference,
     DriveFacts,
     Finding,
@@ -23,7 +24,6 @@ from frobs_devkit.doctor.report import (
     ToolCandidate,
     TranslatedElement,
 )
-from frobs_devkit.doctor.robot import examine_robot
 
 __all__ = [
     "Difference",

@@ -11,7 +11,7 @@ import numpy as np
 from frobs_core.models import MOVING, Collision, Inertial, Link, Mesh, RobotModel, Visual, inertia_matrix
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ModelFileError
-from frobs_devkit.doctor.report import Finding, LinkFacts, Severity, warning
+from frobs_devkit.doctor.robot_report import Finding, LinkFacts, Severity, warning
 from frobs_models import link_bounds, shape_points
 
 DENSITIES = (1.0, 20_000.0)
@@ -99,8 +99,8 @@ def _untouchable(model: RobotModel) -> Iterator[Finding]:
                 "the link has visuals but no collision shape",
                 "add a <collision> element if the link should collide",
             )
-            found = warning("visual-only", f"link '{link.name}'", problem, advice)
-            yield found if link.name in moved else replace(found, severity=Severity.NOTE)
+            finding = warning("visual-only", f"link '{link.name}'", problem, advice)
+            yield finding if link.name in moved else replace(finding, severity=Severity.NOTE)
 
 
 def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Iterator[Finding]:

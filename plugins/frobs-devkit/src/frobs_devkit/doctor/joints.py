@@ -10,7 +10,7 @@ import numpy as np
 from frobs_core.models import MOVING, Joint, JointType, RobotModel, default_gains
 from frobs_core.util.arrays import Floats
 from frobs_core.util.rotations import quat_rotate
-from frobs_devkit.doctor.report import DriveFacts, Finding, JointFacts, Severity, warning
+from frobs_devkit.doctor.robot_report import DriveFacts, Finding, JointFacts, Severity, warning
 
 _GRAVITY = 9.81  # [m/s²]
 _DEGREES = 4.0 * math.pi  # [rad] larger limits are probably in degrees, because joints rarely turn that far

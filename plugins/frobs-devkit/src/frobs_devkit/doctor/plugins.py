@@ -10,8 +10,8 @@ from pathlib import PurePath
 
 from frobs_core import __version__, plugins
 from frobs_core.plugins import Candidate, core_versions, is_made_for
-from frobs_devkit.doctor.report import Finding, Severity, warning
 from frobs_devkit.doctor.requirements import has_upper_bound, missing
+from frobs_devkit.doctor.robot_report import Finding, Severity, warning
 from frobs_devkit.probe import Probe, probe
 
 SLOW = 0.5
@@ -90,17 +90,17 @@ def examine_plugins(
         on_probe: Function that is called with ``distribution:name`` after each plugin has been imported.
     """
     collection = plugins.active()
-    wanted = [candidate for candidate in collection.candidates() if _is_meant(candidate, only)]
+    candidates = [candidate for candidate in collection.candidates() if _is_meant(candidate, only)]
 
     def look(candidate: Candidate) -> Probe:
-        found = probe(candidate, seconds)
+        outcome = probe(candidate, seconds)
         if on_probe is not None:
             on_probe(candidate.key)
-        return found
+        return outcome
 
     with ThreadPoolExecutor(max(1, (os.cpu_count() or 2) // 2)) as pool:  # each thread waits for its process
-        probes = list(pool.map(look, wanted))
-    offers = _offers(wanted, probes)
+        probes = list(pool.map(look, candidates))
+    offers = _offers(candidates, probes)
     disabled = collection.disabled()
     return tuple(
         PluginFacts(
@@ -121,7 +121,7 @@ def examine_plugins(
             changed=seen.changed,
             findings=tuple(_findings(candidate, seen, offers)),
         )
-        for candidate, seen in zip(wanted, probes, strict=True)
+        for candidate, seen in zip(candidates, probes, strict=True)
     )
 
 
@@ -132,7 +132,7 @@ def _is_meant(candidate: Candidate, only: Iterable[str]) -> bool:
 
 def _names(seen: Probe) -> list[tuple[str, str]]:
     """Return the (kind, name) pairs that a plugin provides."""
-    names = [(kind, name) for kind, found in seen.records.items() for name in found]
+    names = [(kind, name) for kind, offered in seen.records.items() for name in offered]
     return [*names, *(("environment ID", id) for id in seen.environment_ids)]
 
 
@@ -178,7 +178,7 @@ def _findings(
             'the plugin\'s author should add an upper bound: dependencies = ["frobs-core>=0.3,<0.4"]',
         )
     yield from _clashes(candidate, seen, offers)
-    yield from _manners(seen)
+    yield from _import_effects(seen)
 
 
 def _clashes(
@@ -188,21 +188,21 @@ def _clashes(
         others = [other for other in offers[kind, name] if other.key != candidate.key]
         if others:
             who = " and ".join(f"'{other.name}' of {other.distribution} {other.version}" for other in others)
-            found = warning(
+            clash = warning(
                 "clash",
                 f"{kind} '{name}'",
                 f"another plugin also provides this name: {who}",
                 "rename or remove one of the two records",
             )
             if others[0].distribution == candidate.distribution:
-                yield replace(found, severity=Severity.ERROR)
+                yield replace(clash, severity=Severity.ERROR)
             else:
                 yield replace(
-                    found, advice=f"use the name '{candidate.distribution}:{name}', or uninstall one of the plugins"
+                    clash, advice=f"use the name '{candidate.distribution}:{name}', or uninstall one of the plugins"
                 )
 
 
-def _manners(seen: Probe) -> Iterable[Finding]:
+def _import_effects(seen: Probe) -> Iterable[Finding]:
     heavy = [name for name in HEAVY if name in seen.modules]
     if heavy:
         yield warning(

@@ -11,7 +11,7 @@ import numpy as np
 
 from frobs_core.models import RobotModel
 from frobs_core.util.errors import ModelFileError
-from frobs_devkit.doctor.report import Difference, Finding, Severity
+from frobs_devkit.doctor.robot_report import Difference, Finding, Severity
 from frobs_models import Element, Packages, open_document, read_document
 
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
@@ -85,14 +85,14 @@ def _missing(reason: str, places: list[tuple[str, int | None]]) -> Finding:
 
 def _negative_masses(root: Element) -> list[Finding]:
     """Remove the inertials of links with negative masses, and return one finding per link."""
-    found = []
+    findings = []
     for link in root.children("link"):
         inertial = link.child("inertial")
         mass = None if inertial is None else inertial.child("mass")
         if inertial is None or mass is None or mass.number("value") >= 0.0:
             continue
         link.remove(inertial)
-        found.append(
+        findings.append(
             Finding(
                 code="negative-mass",
                 severity=Severity.ERROR,
@@ -102,7 +102,7 @@ def _negative_masses(root: Element) -> list[Finding]:
                 line=inertial.line,
             )
         )
-    return found
+    return findings
 
 
 def _numbers_of_file(root: Element) -> dict[tuple[str, str], object]:

@@ -40,21 +40,21 @@ def missing(requirements: Iterable[str]) -> list[Missing]:
 
     from packaging.requirements import InvalidRequirement, Requirement
 
-    found = []
+    unmet = []
     for line in requirements:
         try:
-            wanted = Requirement(line)
+            requirement = Requirement(line)
         except InvalidRequirement:
             continue
-        if wanted.marker is not None and not wanted.marker.evaluate({"extra": ""}):
+        if requirement.marker is not None and not requirement.marker.evaluate({"extra": ""}):
             continue
         try:
-            there = version(wanted.name)
+            installed = version(requirement.name)
         except PackageNotFoundError:
-            there = ""
-        if not there or not wanted.specifier.contains(there, prereleases=True):
-            found.append(Missing(f"{wanted.name}{_extras(wanted.extras)}{wanted.specifier}", there))
-    return found
+            installed = ""
+        if not installed or not requirement.specifier.contains(installed, prereleases=True):
+            unmet.append(Missing(f"{requirement.name}{_extras(requirement.extras)}{requirement.specifier}", installed))
+    return unmet
 
 
 def _extras(names: Iterable[str]) -> str:

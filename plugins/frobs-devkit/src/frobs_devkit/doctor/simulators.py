@@ -15,7 +15,7 @@ from frobs_core.description import Overlap, Placement, Robot, Scene
 from frobs_core.models import RobotModel
 from frobs_core.util.errors import FrobsError
 from frobs_core.util.install_hints import local_install_hint
-from frobs_devkit.doctor.report import Finding, Severity, SimulatorFacts, TranslatedElement, warning
+from frobs_devkit.doctor.robot_report import Finding, Severity, SimulatorFacts, TranslatedElement, warning
 from frobs_models import elements
 
 _DEEP = 1e-4  # [m] smaller overlaps between links are not reported
@@ -23,21 +23,21 @@ _TIMESTEP = 0.002  # [s]
 
 
 def simulator_facts(
-    model: RobotModel, wanted: Sequence[str] = (), home: Mapping[str, float] | None = None
+    model: RobotModel, names: Sequence[str] = (), home: Mapping[str, float] | None = None
 ) -> tuple[SimulatorFacts, ...]:
     """Return the facts about each simulator to check.
 
     Args:
         model: Model of the robot.
-        wanted: Names of the simulators to check. Defaults to all installed simulators.
+        names: Names of the simulators to check. Defaults to all installed simulators.
         home: Home position by joint name [rad or m], in the form that :class:`~frobs_core.description.Robot` accepts.
 
     Raises:
         UnknownNameError: A simulator does not exist.
     """
-    for name in wanted:
+    for name in names:
         plugins.get_record("simulator", name)
-    return tuple(_facts(name, model, home or {}) for name in wanted or plugins.records("simulator"))
+    return tuple(_facts(name, model, home or {}) for name in names or plugins.records("simulator"))
 
 
 def _facts(name: str, model: RobotModel, home: Mapping[str, float]) -> SimulatorFacts:
@@ -89,10 +89,10 @@ def _build(
 
 def _elements(cls: type[Simulation], model: RobotModel) -> tuple[TranslatedElement, ...]:
     """Return the translation of each kind of element in the model, in the order of ``ELEMENTS``."""
-    told = cls.translation(model)
+    translations = cls.translation(model)
     rows = []
     for kind, names in elements(model).items():
-        known = [row for row in told if row.element == kind]
+        known = [row for row in translations if row.element == kind]
         rows += [
             TranslatedElement(
                 element=kind,

@@ -9,7 +9,7 @@ import numpy as np
 
 from frobs_core.models import TOOL_NAMES, RobotModel, default_tcp, joint_path, longest_reach, usual_rank
 from frobs_core.util.arrays import Floats
-from frobs_devkit.doctor.report import Finding, Severity, ToolCandidate
+from frobs_devkit.doctor.robot_report import Finding, Severity, ToolCandidate
 
 _SAMPLES = 2000
 _TURN = math.pi  # [rad] range in both directions for a joint without limits

@@ -3,13 +3,14 @@
 The modules::
 
     measure.py          the list of measurements and their requirements
-    subject.py          a simulator to compare, and the environment for the comparison
+    under_test.py       a simulator to compare, and the environment for the comparison
     tolerances.py       all tolerances, with the reason for each
     kinematics.py · step_response.py · gravity_drop.py · replay.py · settling.py · friction.py · sliding.py · fall.py ·
     slip.py · lidar.py · rewards.py · policy.py
                         one measurement each, which returns comparisons and curves of several subjects
     free_bodies.py      placement of the scene's bodies for sliding.py, fall.py and slip.py
-    certificate.py      all results and files; report.py writes the Markdown page, and draw.py draws the images
+    certificate.py      all results and files; certificate_text.py writes the Markdown page, and draw.py draws the
+                        images
 
 ``import frobs_core`` does not import this package.
 """
@@ -18,8 +19,8 @@ from frobs_devkit.parity.actions import ActionFile, read_actions
 from frobs_devkit.parity.certificate import Certificate
 from frobs_devkit.parity.measure import measure_parity
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, Status
-from frobs_devkit.parity.subject import Subject, make_subjects
 from frobs_devkit.parity.tolerances import TOLERANCES, Tolerance
+from frobs_devkit.parity.under_test import Subject, make_subjects
 
 __all__ = [
     "TOLERANCES",

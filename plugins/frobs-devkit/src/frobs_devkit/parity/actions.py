@@ -62,16 +62,16 @@ def read_actions(path: Path) -> ActionFile:
     try:
         if path.suffix == ".npz":
             with np.load(path, allow_pickle=False) as content:
-                found: Any = {name: content[name] for name in content.files}
+                stored: Any = {name: content[name] for name in content.files}
         elif path.suffix == ".json":
-            found = json.loads(path.read_text("utf-8"))
+            stored = json.loads(path.read_text("utf-8"))
         else:
             raise ActionFileError(path, f"an action file must have the suffix {' or '.join(SUFFIXES)}.")
     except FileNotFoundError as error:
         raise ActionFileError(path, "the file does not exist.") from error
     except (OSError, ValueError, UnicodeDecodeError) as error:  # ValueError: not JSON, or a pickle
         raise ActionFileError(path, f"the file is not a valid action file: {error}") from error
-    missing = [name for name in ("id", "seed", "actions") if not isinstance(found, dict) or name not in found]
+    missing = [name for name in ("id", "seed", "actions") if not isinstance(stored, dict) or name not in stored]
     if missing:
         raise ActionFileError(
             path,
@@ -79,14 +79,14 @@ def read_actions(path: Path) -> ActionFile:
             "(steps, …), and may contain 'controller'.",
         )
     try:
-        seed = int(found["seed"])
-        actions = np.asarray(found["actions"])
+        seed = int(stored["seed"])
+        actions = np.asarray(stored["actions"])
         if not np.issubdtype(actions.dtype, np.number):
             raise ValueError(f"actions are {actions.dtype}, not numbers")
     except (TypeError, ValueError) as error:  # ragged lists, strings
         raise ActionFileError(path, f"the seed or the actions are not numbers: {error}") from error
     return ActionFile(
-        id=str(found["id"]), seed=seed, actions=actions, controller=str(found.get("controller", "") or "")
+        id=str(stored["id"]), seed=seed, actions=actions, controller=str(stored.get("controller", "") or "")
     )
 
 
@@ -116,10 +116,10 @@ def check_actions(file: ActionFile, env: RobotEnv, id: str, controller: str, whe
         )
     if file.seed < 0:
         raise ActionFileError(where, f"the seed must be at least 0, but it is {file.seed}.")
-    wanted = space.shape or ()
-    if actions.ndim != 1 + len(wanted) or actions.shape[1:] != wanted or not len(actions):
+    action_shape = space.shape or ()
+    if actions.ndim != 1 + len(action_shape) or actions.shape[1:] != action_shape or not len(actions):
         raise ActionFileError(
-            where, f"the actions have the shape {actions.shape}, but '{id}' requires {('steps', *wanted)}."
+            where, f"the actions have the shape {actions.shape}, but '{id}' requires {('steps', *action_shape)}."
         )
     if isinstance(space, gym.spaces.Box):
         if not np.isfinite(actions).all():

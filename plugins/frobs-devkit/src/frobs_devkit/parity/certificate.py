@@ -17,8 +17,8 @@ from frobs_core.util.errors import ConfigurationError
 from frobs_core.util.files import write_aside, write_json, write_text
 from frobs_core.util.plain import plain
 from frobs_devkit.parity.actions import ActionFile
+from frobs_devkit.parity.certificate_text import markdown
 from frobs_devkit.parity.draw import draw
-from frobs_devkit.parity.report import markdown
 from frobs_devkit.parity.result import Measurement, Status
 
 FORMAT = 1

@@ -10,7 +10,7 @@ from frobs_core.util.arrays import Floats
 from frobs_devkit.parity.free_bodies import Bounded, compare_bodies, compare_values, draw_curves
 from frobs_devkit.parity.result import Comparison, Measurement, Panel
 from frobs_devkit.parity.settling import DURATION, Fall, settle, watch_fall
-from frobs_devkit.parity.subject import Subject
+from frobs_devkit.parity.under_test import Subject
 
 _QUANTITIES = {"bounce_height": "bounce height", "rest_time": "time to rest", "rest_height": "rest height"}
 _SUMMARY = (
@@ -25,7 +25,7 @@ def fall(subjects: Sequence[Subject]) -> Measurement:
 
     def compare(body: Bounded) -> tuple[list[Comparison], Panel]:
         falls = [_fall(subject, body) for subject in subjects]
-        found = [{**settle(*each), "bounce_height": _bounce(each[1])} for each in falls]
+        bounces = [{**settle(*each), "bounce_height": _bounce(each[1])} for each in falls]
         comparisons: list[Comparison] = []
         for name, words in _QUANTITIES.items():
             factor, unit = (1.0, "s") if name == "rest_time" else (1e3, "mm")
@@ -33,7 +33,7 @@ def fall(subjects: Sequence[Subject]) -> Measurement:
                 subjects,
                 name,
                 f"{words} of '{body.name}'",
-                [each[name] for each in found],
+                [each[name] for each in bounces],
                 scale=body.edges[0],
                 unknown=f"the body does not rest within {DURATION:g} s",
                 factor=factor,

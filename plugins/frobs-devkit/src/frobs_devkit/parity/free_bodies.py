@@ -14,7 +14,7 @@ from frobs_core.models import Pose
 from frobs_core.util.arrays import Floats
 from frobs_core.util.rotations import quat_from_matrix, quat_rotate
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
-from frobs_devkit.parity.subject import Subject
+from frobs_devkit.parity.under_test import Subject
 from frobs_models import shape_points
 
 AWAY = 5.0
@@ -76,12 +76,12 @@ class Bounded:
 
 def bodies_of(subject: Subject) -> list[Bounded]:
     """Return the task's free bodies with collision shapes, but only one of several bodies with the same properties."""
-    found: dict[str, Body] = {}
+    distinct: dict[str, Body] = {}
     for name, body in subject.free_bodies.items():
         alike = replace(body, pose=Pose(), twist=AT_REST, rgba=(0.0, 0.0, 0.0, 1.0))
-        if body.collisions and alike not in found.values():
-            found[name] = alike
-    return [Bounded(name, body) for name, body in found.items()]
+        if body.collisions and alike not in distinct.values():
+            distinct[name] = alike
+    return [Bounded(name, body) for name, body in distinct.items()]
 
 
 def compare_bodies(
@@ -91,9 +91,9 @@ def compare_bodies(
     bodies = bodies_of(subjects[0])
     if not bodies:
         return not_applicable(subjects, summary, "the task has no free body")
-    found = [compare(body) for body in bodies]
-    comparisons = tuple(comparison for each, _ in found for comparison in each)
-    return Measurement(summary=summary, comparisons=comparisons, panels=tuple(panel for _, panel in found))
+    results = [compare(body) for body in bodies]
+    comparisons = tuple(comparison for each, _ in results for comparison in each)
+    return Measurement(summary=summary, comparisons=comparisons, panels=tuple(panel for _, panel in results))
 
 
 def compare_values(

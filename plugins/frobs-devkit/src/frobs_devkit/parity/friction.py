@@ -12,7 +12,7 @@ from frobs_core.models import Box, Pose, Sphere
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import SceneError
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
-from frobs_devkit.parity.subject import Subject
+from frobs_devkit.parity.under_test import Subject
 
 _AWAY = 5.0  # [m] distance from the robot, larger than the robot's reach
 _DURATION = 2.0  # [s]
@@ -48,9 +48,9 @@ def friction(subjects: Sequence[Subject]) -> Measurement:
     panels: list[Panel] = []
     facts: dict[str, str] = {}
     for name, (quantity, y_label, body) in cases.items():
-        found = [_move(subject, reference.physics_timestep, body) for subject in subjects]
-        numbers = [None if motion is None else _number(name, motion, _HALF) for motion in found]
-        for subject, motion in zip(subjects, found, strict=True):
+        motions = [_move(subject, reference.physics_timestep, body) for subject in subjects]
+        numbers = [None if motion is None else _number(name, motion, _HALF) for motion in motions]
+        for subject, motion in zip(subjects, motions, strict=True):
             if motion is not None:
                 number, unit = _number(name, motion, _STOPPED), "s" if name == "spin_time" else "m"
                 text = f"not within {_DURATION:g} s" if np.isnan(number) else f"{number:.3g} {unit}"
@@ -67,7 +67,7 @@ def friction(subjects: Sequence[Subject]) -> Measurement:
                     scale=numbers[0], where=f"{other:.3g} instead of {numbers[0]:.3g}",
                 )
             )  # fmt: skip
-        lines = [Line(s.label, m[0], m[1], i, i) for i, (s, m) in enumerate(zip(subjects, found, strict=True)) if m]
+        lines = [Line(s.label, m[0], m[1], i, i) for i, (s, m) in enumerate(zip(subjects, motions, strict=True)) if m]
         panels.append(Panel(title=quantity.capitalize(), x_label="s", y_label=y_label, lines=tuple(lines)))
     facts |= {f"sliding friction of {_PAIR[0]:g} on {_PAIR[1]:g}, {s.label}": _combination(s) for s in subjects}
     return Measurement(

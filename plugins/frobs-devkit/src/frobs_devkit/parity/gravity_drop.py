@@ -10,8 +10,8 @@ from frobs_core.contracts import CommandMode
 from frobs_core.util.arrays import Mask
 from frobs_devkit.parity.motion import differences, error_line, position_bounds, record, worst_joint
 from frobs_devkit.parity.result import Line, Measurement, Panel, judge, skip
-from frobs_devkit.parity.subject import Subject, follows_exactly
 from frobs_devkit.parity.tolerances import TOLERANCES
+from frobs_devkit.parity.under_test import Subject, follows_exactly
 
 DURATION = 1.0
 """Maximum duration of the fall [s]. The fall ends earlier if a joint reaches its limit."""

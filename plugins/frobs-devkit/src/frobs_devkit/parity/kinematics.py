@@ -10,8 +10,8 @@ from frobs_core.contracts import RobotHandle
 from frobs_core.util.arrays import Floats
 from frobs_core.util.rotations import quat_difference, quat_multiply, quat_rotate
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip, worst
-from frobs_devkit.parity.subject import Subject
 from frobs_devkit.parity.tolerances import TOLERANCES
+from frobs_devkit.parity.under_test import Subject
 
 POSES = 20
 FILE = "model file"
@@ -44,15 +44,15 @@ def forward_kinematics(subjects: Sequence[Subject], poses: int = POSES, seed: in
     numbers = np.arange(1.0, poses + 1.0)
     for i, subject in enumerate(subjects):
         with subject.simulate(subject.alone()) as (_, robot):
-            found = {"joint vectors given": [robot.frame_pose(link, vectors) for link in links]}
+            by_method = {"joint vectors given": [robot.frame_pose(link, vectors) for link in links]}
             if subject.level("teleport"):
-                found["joint states written"] = _written(robot, links, vectors)
+                by_method["joint states written"] = _written(robot, links, vectors)
             else:
                 comparisons.append(
                     skip(subject.label, FILE, "the simulator cannot write joint states", "joint states written")
                 )
         judged: dict[str, list[Comparison]] = {"frame_position": [], "frame_orientation": []}
-        for how, poses_found in found.items():
+        for how, poses_found in by_method.items():
             pairs = list(zip(expected, poses_found, strict=True))
             off = np.linalg.norm([e[0] - f[0] for e, f in pairs], axis=-1)  # (links, poses)
             turned = np.linalg.norm([quat_difference(e[1], f[1]) for e, f in pairs], axis=-1)
@@ -86,10 +86,10 @@ def forward_kinematics(subjects: Sequence[Subject], poses: int = POSES, seed: in
 
 def _written(robot: RobotHandle, links: Sequence[str], vectors: Floats) -> list[tuple[Floats, Floats]]:
     """Return each link's positions (poses, 3) and orientations (poses, 4), read after writing each joint vector."""
-    found: list[list[tuple[Floats, Floats]]] = [[] for _ in links]
+    by_link: list[list[tuple[Floats, Floats]]] = [[] for _ in links]
     for vector in vectors:
         robot.write_joint_state(vector[None])
-        for poses, link in zip(found, links, strict=True):
+        for poses, link in zip(by_link, links, strict=True):
             pos, quat = robot.frame_pose(link)
             poses.append((pos[0].copy(), quat[0].copy()))
-    return [(np.array([p for p, _ in poses]), np.array([q for _, q in poses])) for poses in found]
+    return [(np.array([p for p, _ in poses]), np.array([q for _, q in poses])) for poses in by_link]

@@ -13,8 +13,8 @@ from frobs_core.models import Box, Capsule, Cylinder, Pose, Sphere
 from frobs_core.plugins.records import Level
 from frobs_core.util.arrays import Floats
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
-from frobs_devkit.parity.subject import Subject
 from frobs_devkit.parity.tolerances import TOLERANCES
+from frobs_devkit.parity.under_test import Subject
 
 _HEIGHT = 0.3  # [m] height of the rays above the robot's root link
 _RAYS = 180
@@ -30,13 +30,13 @@ def lidar(subjects: Sequence[Subject]) -> Measurement:
     reference = subjects[0]
     scans = [_scan(subject) for subject in subjects]
     comparisons: list[Comparison] = []
-    for subject, found in zip(subjects[1:], scans[1:], strict=True):
+    for subject, scan in zip(subjects[1:], scans[1:], strict=True):
         exact = all(s.level("rays") == Level.EXACT for s in (reference, subject))
         for moment in ("as built", "after a body moved"):
-            if moment not in scans[0] or moment not in found:
+            if moment not in scans[0] or moment not in scan:
                 comparisons.append(skip(subject.label, reference.label, "bodies cannot be moved", f"ranges, {moment}"))
                 continue
-            a, b = scans[0][moment], found[moment]
+            a, b = scans[0][moment], scan[moment]
             worst = int(np.argmax(np.nan_to_num(np.abs(a - b), nan=np.inf)))
             comparisons.append(
                 judge(
@@ -86,24 +86,24 @@ def _scan(subject: Subject) -> dict[str, Floats]:
     alone = subject.alone()
     placement = replace(alone, robot=replace(alone.robot, sensors={name: scanner}))
     with subject.simulate(placement, _bodies(subject), floor=True) as (simulation, robot):
-        found = {"as built": robot.lidar(name)[0].copy()}
+        ranges = {"as built": robot.lidar(name)[0].copy()}
         if subject.level("teleport"):
             box = simulation.bodies["box"]
             box.write_pose(box.pose[0] + np.array([[-0.2, 0.45, 0.0]]))
-            found["after a body moved"] = robot.lidar(name)[0].copy()
-    return found
+            ranges["after a body moved"] = robot.lidar(name)[0].copy()
+    return ranges
 
 
 def _panels(subjects: Sequence[Subject], scans: Sequence[Mapping[str, Floats]], scanner: Lidar) -> tuple[Panel, ...]:
     angles = scanner.angles
     moment = list(scans[0])[-1]
     points, errors = [], []
-    for i, (subject, found) in enumerate(zip(subjects, scans, strict=True)):
-        ranges = found.get(moment, found["as built"])
+    for i, (subject, scan) in enumerate(zip(subjects, scans, strict=True)):
+        ranges = scan.get(moment, scan["as built"])
         ranges = np.where(ranges < scanner.range_max, ranges, np.nan)  # rays without a hit are not drawn
         points.append(Line(subject.label, ranges * np.cos(angles), ranges * np.sin(angles), i, i, points=True))
-        if i and moment in found:
-            errors.append(Line(subject.label, np.degrees(angles), np.abs(found[moment] - scans[0][moment]), i))
+        if i and moment in scan:
+            errors.append(Line(subject.label, np.degrees(angles), np.abs(scan[moment] - scans[0][moment]), i))
     exact = all(subject.level("rays") == Level.EXACT for subject in subjects)
     return (
         Panel(title=f"Scan, {moment}", x_label="m", y_label="m", lines=tuple(points), map=True),

@@ -31,7 +31,7 @@ from frobs_devkit.parity.settling import settling
 from frobs_devkit.parity.sliding import sliding
 from frobs_devkit.parity.slip import slip
 from frobs_devkit.parity.step_response import saturated_step_response, step_response
-from frobs_devkit.parity.subject import Subject, make_subjects
+from frobs_devkit.parity.under_test import Subject, make_subjects
 from frobs_train import Run, versions
 
 _log = logging.getLogger(__name__)
@@ -151,19 +151,19 @@ def _make(name: str, plan: Plan, subjects: Sequence[Subject]) -> Measurement:
     lacks = {subject.label: _missing(plan, subject) for subject in subjects}
     able = [subject for subject in subjects if not lacks[subject.label]]
     unable = [skip(s.label, reference.label, lacks[s.label]) for s in subjects[1:] if lacks[s.label]]
-    found = Measurement(summary="Not measured.", comparisons=())
+    measured = Measurement(summary="Not measured.", comparisons=())
     if lacks[reference.label]:
         reason = f"the reference {reference.label} cannot be measured: {lacks[reference.label]}"
         unable = [skip(s.label, reference.label, reason) for s in subjects[1:]]
     elif len(able) > 1:
         try:
-            found = plan.measure(able)
+            measured = plan.measure(able)
         except Exception as error:  # a failure of one measurement must not hide the results of the others
             _log.debug("%s failed", name, exc_info=True)
             reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
             failed = [replace(skip(s.label, reference.label, reason), status=Status.FAILED) for s in able[1:]]
-            found = replace(found, comparisons=tuple(failed))
-    return replace(found, name=name, title=plan.title, comparisons=(*found.comparisons, *unable))
+            measured = replace(measured, comparisons=tuple(failed))
+    return replace(measured, name=name, title=plan.title, comparisons=(*measured.comparisons, *unable))
 
 
 def _missing(plan: Plan, subject: Subject) -> str:

@@ -12,7 +12,7 @@ from frobs_core.description import Placement
 from frobs_core.models import home_positions
 from frobs_core.util.arrays import Floats
 from frobs_devkit.parity.result import Line
-from frobs_devkit.parity.subject import Subject
+from frobs_devkit.parity.under_test import Subject
 
 _EDGE = 0.02  # fraction of a joint's range near each limit that free motion must not enter
 _INSIDE = 0.1  # minimum distance between the start and the joint limits, as a fraction of the joint's range

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from frobs_core.plugins.records import Level
 from frobs_devkit.parity.result import Comparison, Measurement, Panel, judge, skip
-from frobs_devkit.parity.subject import Subject
+from frobs_devkit.parity.under_test import Subject
 from frobs_train import Evaluation, PolicyRun, Run, evaluate
 
 EPISODES = 200
@@ -30,10 +30,10 @@ def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> M
     reference = subjects[0]
     batched = all(subject.level("batched") > Level.UNSUPPORTED for subject in subjects)
     together = min(episodes, _TOGETHER) if batched else 1
-    found = [evaluate(run, episodes, simulator=subject.simulator, num_envs=together) for subject in subjects]
-    first = found[0]
+    results = [evaluate(run, episodes, simulator=subject.simulator, num_envs=together) for subject in subjects]
+    first = results[0]
     comparisons: list[Comparison] = []
-    for subject, other in zip(subjects[1:], found[1:], strict=True):
+    for subject, other in zip(subjects[1:], results[1:], strict=True):
         if first.success_rate is None or other.success_rate is None:
             comparisons.append(skip(subject.label, reference.label, "the environment does not define success"))
         elif not first.success_rate:
@@ -48,7 +48,7 @@ def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> M
             )  # fmt: skip
     bars = {
         subject.label: (100.0 * result.success_rate, *(100.0 * end for end in result.success_interval))
-        for subject, result in zip(subjects, found, strict=True)
+        for subject, result in zip(subjects, results, strict=True)
         if result.success_rate is not None and result.success_interval is not None
     }
     name = f"unmodified policy of the run '{run.path.name}' after {first.steps:,} training steps"
@@ -60,7 +60,7 @@ def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> M
         comparisons=tuple(comparisons),
         facts={
             subject.label: f"success {_percent(result)}, reward {result.mean_reward:.4g} per episode"
-            for subject, result in zip(subjects, found, strict=True)
+            for subject, result in zip(subjects, results, strict=True)
         },
         panels=(Panel(title="Success", y_label="%", bars=bars),) if bars else (),  # type: ignore[arg-type]
     )

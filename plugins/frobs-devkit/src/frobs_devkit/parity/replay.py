@@ -11,8 +11,8 @@ from frobs_devkit.parity.actions import ActionFile
 from frobs_devkit.parity.motion import worst_joint
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
 from frobs_devkit.parity.rollout import AFTER_A_TOUCH, Rollout, free_steps, play
-from frobs_devkit.parity.subject import Subject, follows_exactly
 from frobs_devkit.parity.tolerances import TOLERANCES
+from frobs_devkit.parity.under_test import Subject, follows_exactly
 
 
 def replay(subjects: Sequence[Subject], file: ActionFile) -> Measurement:

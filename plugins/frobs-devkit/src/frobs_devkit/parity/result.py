@@ -121,8 +121,8 @@ class Measurement:
     @property
     def status(self) -> Status:
         """Overall outcome: failed if any comparison failed, skipped if all were skipped, and passed otherwise."""
-        found = {comparison.status for comparison in self.comparisons}
-        return next((s for s in (Status.FAILED, Status.PASSED) if s in found), Status.SKIPPED)
+        statuses = {comparison.status for comparison in self.comparisons}
+        return next((s for s in (Status.FAILED, Status.PASSED) if s in statuses), Status.SKIPPED)
 
 
 def judge(

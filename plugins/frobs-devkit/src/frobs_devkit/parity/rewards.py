@@ -9,8 +9,8 @@ import numpy as np
 from frobs_core.util.arrays import Floats
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
 from frobs_devkit.parity.rollout import AFTER_A_TOUCH, Rollout, free_steps, play
-from frobs_devkit.parity.subject import Subject, follows_exactly
 from frobs_devkit.parity.tolerances import TOLERANCES
+from frobs_devkit.parity.under_test import Subject, follows_exactly
 
 EPISODES = 3
 _CANDIDATES = 40  # number of episodes to try on the reference

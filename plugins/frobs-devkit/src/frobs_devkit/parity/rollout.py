@@ -10,7 +10,7 @@ import numpy as np
 
 from frobs_core.kernel.env import RobotEnv
 from frobs_core.util.arrays import Floats
-from frobs_devkit.parity.subject import Subject
+from frobs_devkit.parity.under_test import Subject
 
 _PREFIX = "frobs/reward/"
 AFTER_A_TOUCH = ", after a touch"

@@ -14,7 +14,7 @@ from frobs_core.models import Box, Pose
 from frobs_core.util.arrays import Floats
 from frobs_core.util.rotations import quat_rotate
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge
-from frobs_devkit.parity.subject import Subject
+from frobs_devkit.parity.under_test import Subject
 
 EDGE = 0.1
 """Edge length of the box [m]."""
@@ -39,9 +39,9 @@ def settling(subjects: Sequence[Subject]) -> Measurement:
     drops = [_drop(subject, reference.physics_timestep) for subject in subjects]
     numbers = [settle(*drop) for drop in drops]
     comparisons: list[Comparison] = []
-    for subject, found in zip(subjects[1:], numbers[1:], strict=True):
+    for subject, other in zip(subjects[1:], numbers[1:], strict=True):
         for name, quantity in _QUANTITIES.items():
-            a, b = numbers[0][name], found[name]
+            a, b = numbers[0][name], other[name]
             scale, unit = (1.0, "s") if name == "rest_time" else (1e3, "mm")
             comparisons.append(
                 judge(

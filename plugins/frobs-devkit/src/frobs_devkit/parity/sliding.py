@@ -9,7 +9,7 @@ import numpy as np
 from frobs_core.util.arrays import Floats
 from frobs_devkit.parity.free_bodies import Bounded, compare_bodies, compare_values, draw_curves
 from frobs_devkit.parity.result import Comparison, Measurement, Panel
-from frobs_devkit.parity.subject import Subject
+from frobs_devkit.parity.under_test import Subject
 
 _SPEED = 1.0  # [m/s]
 _STOPPED = 0.02  # [m/s]

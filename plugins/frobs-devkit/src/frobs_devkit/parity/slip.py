@@ -20,7 +20,7 @@ from frobs_devkit.parity.free_bodies import (
     not_applicable,
 )
 from frobs_devkit.parity.result import Comparison, Measurement, Panel
-from frobs_devkit.parity.subject import Subject
+from frobs_devkit.parity.under_test import Subject
 
 _CLOSING, _PRESSING, _HOLDING = 1.0, 0.5, 0.2  # [s]
 _PRESS = 5.0  # normal force on each finger [body weights]

@@ -21,8 +21,8 @@ from frobs_devkit.parity.motion import (
     worst_joint,
 )
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip, worst
-from frobs_devkit.parity.subject import Subject, follows_exactly
 from frobs_devkit.parity.tolerances import TOLERANCES
+from frobs_devkit.parity.under_test import Subject, follows_exactly
 
 DURATION = 2.0
 """Duration for which each response is compared [s]."""
@@ -65,15 +65,15 @@ def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
         "effort that holds it against gravity, so that its drive is saturated in at least "
         f"{100 * SATURATED_SHARE:.0f} % of the {round(DURATION / reference.physics_timestep):,} samples."
     )
-    found = choose_effort_limits(reference, commands)
-    if found is None:
+    chosen = choose_effort_limits(reference, commands)
+    if chosen is None:
         reason = (
             f"no effort limits were found that saturate every drive in at least {100 * SATURATED_SHARE:.0f} % of the "
             "samples and keep every joint within its position limits"
         )
         skipped = tuple(skip(subject.label, reference.label, reason) for subject in subjects[1:])
         return Measurement(summary=summary, comparisons=skipped)
-    limits, first = found
+    limits, first = chosen
     motions = [first, *(_record(subject, commands, limits, reference.physics_timestep) for subject in subjects[1:])]
     shares = {subject.label: _saturated(motion, limits) for subject, motion in zip(subjects, motions, strict=True)}
     own, facts = None, {}
@@ -189,12 +189,12 @@ def _judge(
 ) -> Iterator[Comparison]:
     """Yield the worst comparisons of joint positions and of drive efforts for every simulator except the reference."""
     names, jumps = reference.placement.model.joint_names, np.abs(np.diag(commands[:, 0]))
-    for other, found in zip(others, motions[1:], strict=True):
+    for other, motion in zip(others, motions[1:], strict=True):
         exact = follows_exactly(reference, other)
-        errors = differences(motions[0], found)  # (runs, samples, dof)
+        errors = differences(motions[0], motion)  # (runs, samples, dof)
         positions, efforts = [], []
         for j, (name, jump) in enumerate(zip(names, jumps, strict=True)):
-            place = f"jump of {name}; {worst_joint(errors[j], names, found[j].times)}"
+            place = f"jump of {name}; {worst_joint(errors[j], names, motion[j].times)}"
             positions.append(
                 judge(
                     "step_response", "joint positions", other.label, reference.label, errors[j], exact=exact,
@@ -203,12 +203,12 @@ def _judge(
                 )
             )  # fmt: skip
             expected = motions[0][j].efforts[:, j]
-            off = apart(found[j].efforts[:, j], expected, 0 if exact else _LEAVING)
+            off = apart(motion[j].efforts[:, j], expected, 0 if exact else _LEAVING)
             off /= max(float(np.abs(expected).max()), 1e-12)
             efforts.append(
                 judge(
                     "drive_effort", "drive efforts", other.label, reference.label, off, exact=exact,
-                    where=f"jump of {name}; {worst_joint(off[:, None], [name], found[j].times)}",
+                    where=f"jump of {name}; {worst_joint(off[:, None], [name], motion[j].times)}",
                 )
             )  # fmt: skip
         yield worst(positions)
@@ -220,8 +220,8 @@ def _panels(
 ) -> tuple[Panel, ...]:
     names, mode, unit = subjects[0].placement.model.joint_names, _mode(subjects[0]), subjects[0].joint_unit
     moved, effort, off = [], [], []
-    for i, (subject, found) in enumerate(zip(subjects, motions, strict=True)):
-        for j, (name, motion) in enumerate(zip(names, found, strict=True)):
+    for i, (subject, runs) in enumerate(zip(subjects, motions, strict=True)):
+        for j, (name, motion) in enumerate(zip(names, runs, strict=True)):
             jump = commands[j, 0, j]
             way = (
                 motion.velocities[:, j]
@@ -232,7 +232,7 @@ def _panels(
             if limits is not None:
                 effort.append(_saturations(name, motion, limits, j, i))
         if i:
-            off.append(error_line(subject.label, differences(motions[0], found), found[0].times, i))
+            off.append(error_line(subject.label, differences(motions[0], runs), runs[0].times, i))
     what = "velocity" if mode is CommandMode.VELOCITY else "way"
     panels = [Panel(title="Step response of each joint", x_label="s", y_label=f"{what} / jump", lines=tuple(moved))]
     if limits is not None:

@@ -74,41 +74,41 @@ def main(module: str, key: str, findings: Path, seconds: float) -> None:
         elif importing and event in _OPENS:
             acts.append(f"it opens {_OPENS[event]}")
 
-    told: list[dict[str, str]] = []
+    caught: list[dict[str, str]] = []
     warnings.filterwarnings("always", category=DeprecationWarning)
     warnings.filterwarnings("always", category=FutureWarning)
-    warnings.showwarning = lambda message, category, filename, line, *_: told.append(
+    warnings.showwarning = lambda message, category, filename, line, *_: caught.append(
         {"category": category.__name__, "message": str(message), "file": filename, "line": str(line)}
     )
     seen, before = set(sys.modules), state()
     sys.addaudithook(watch)
-    found: dict[str, Any] = {"state": "loaded", "cause": "", "traceback": "", "import_seconds": 0.0}
+    facts: dict[str, Any] = {"state": "loaded", "cause": "", "traceback": "", "import_seconds": 0.0}
     with open(f"{findings}.hangs", "w") as where:
         faulthandler.dump_traceback_later(seconds, exit=True, file=where)
         start = time.perf_counter()
         try:
             plugin = import_plugin(module)
-            found["import_seconds"] = time.perf_counter() - start
+            facts["import_seconds"] = time.perf_counter() - start
             records = read_records(plugin, key)
-            found["records"] = {kind: [record.name for record in offered] for kind, offered in records.items()}
-            found["environment_ids"] = list(environment_ids(records))
+            facts["records"] = {kind: [record.name for record in offered] for kind, offered in records.items()}
+            facts["environment_ids"] = list(environment_ids(records))
         except BaseException as error:  # including SystemExit
-            found |= {
+            facts |= {
                 "state": "failed",
                 "cause": f"{type(error).__name__}: {next(iter(str(error).strip().splitlines()), '')}".rstrip(": "),
                 "traceback": "".join(traceback.format_exception(error)),
-                "import_seconds": found["import_seconds"] or time.perf_counter() - start,
+                "import_seconds": facts["import_seconds"] or time.perf_counter() - start,
                 "missing_module": error.name or "" if isinstance(error, ModuleNotFoundError) else "",
             }
         faulthandler.cancel_dump_traceback_later()
     importing = False
     after = state()
-    found["changed"] = sorted({*acts, *(name for name in before if before[name] != after[name])})
-    found["modules"] = sorted({name.partition(".")[0] for name in set(sys.modules) - seen})
-    found["warnings"] = told
+    facts["changed"] = sorted({*acts, *(name for name in before if before[name] != after[name])})
+    facts["modules"] = sorted({name.partition(".")[0] for name in set(sys.modules) - seen})
+    facts["warnings"] = caught
     torch = sys.modules.get("torch")
-    found["torch_threads"] = getattr(torch, "get_num_threads", int)()
-    findings.write_text(json.dumps(found, allow_nan=False))
+    facts["torch_threads"] = getattr(torch, "get_num_threads", int)()
+    findings.write_text(json.dumps(facts, allow_nan=False))
 
 
 def _start_method() -> str | None:

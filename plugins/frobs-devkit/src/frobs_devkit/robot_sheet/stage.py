@@ -137,11 +137,11 @@ def _choose(name: str | None) -> SimulatorRecord:
 
 def _foot(model: RobotModel) -> list[str]:
     """Return the root link and all links that are fixed to it."""
-    found = [model.root]
+    fixed = [model.root]
     for joint in model.joints:  # a single pass, which misses joints that are listed before their parent joints
-        if joint.type is JointType.FIXED and joint.parent in found and joint.child not in found:
-            found.append(joint.child)
-    return found
+        if joint.type is JointType.FIXED and joint.parent in fixed and joint.child not in fixed:
+            fixed.append(joint.child)
+    return fixed
 
 
 def _ground(reach: float) -> Body:

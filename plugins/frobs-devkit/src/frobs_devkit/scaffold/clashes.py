@@ -27,11 +27,11 @@ def check_clashes(context: Mapping[str, str]) -> None:
     """
     for distribution in context["__distributions"].split():
         try:
-            found = version(distribution)
+            installed = version(distribution)
         except PackageNotFoundError:
             pass
         else:
-            raise NameTakenError("distribution", distribution, f"version {found} is installed")
+            raise NameTakenError("distribution", distribution, f"version {installed} is installed")
         package = distribution.replace("-", "_")
         if find_spec(package) is not None:
             raise NameTakenError("Python package", package, "it can be imported")

@@ -82,8 +82,8 @@ def prompts() -> dict[str, Any]:
     For a multiple-choice question, the text is a dictionary that contains a description of each choice, and the
     question itself under the key ``__prompt__``. For other questions, the text is a string.
     """
-    found: dict[str, Any] = _description()["__prompts__"]
-    return found
+    questions: dict[str, Any] = _description()["__prompts__"]
+    return questions
 
 
 def render(context: Mapping[str, Any], output: Path) -> Path:
@@ -128,8 +128,8 @@ def render(context: Mapping[str, Any], output: Path) -> Path:
 
 
 def _description() -> dict[str, Any]:
-    found: dict[str, Any] = json.loads((template_folder() / "cookiecutter.json").read_text("utf-8"))
-    return found
+    content: dict[str, Any] = json.loads((template_folder() / "cookiecutter.json").read_text("utf-8"))
+    return content
 
 
 def _questions() -> dict[str, Any]:

@@ -106,8 +106,8 @@ def facts_of(
 
     args = model_options.xacro_args([xacro_args])
     paths = model_options.package_paths([part for part in package_paths.split(os.pathsep) if part])
-    found = examine_robot(robot_file, xacro_args=args, package_paths=paths)
-    for finding in found.findings:
+    facts = examine_robot(robot_file, xacro_args=args, package_paths=paths)
+    for finding in facts.findings:
         if finding.severity is Severity.ERROR:
             raise AnswerError(f"{robot_file}: {finding.about}: {finding.problem}; {finding.advice}.")
     model = load_model(robot_file, xacro_args=args, package_paths=paths)
@@ -123,13 +123,13 @@ def facts_of(
     failures = {result.name: result.message for result in checks.failed}
     is_fatal = not failures.keys().isdisjoint(_FATAL)
     if is_fatal or (failures and failing_checks == "reject"):
-        told = " ".join(f"{check}: {' '.join(message.split())}" for check, message in failures.items())
+        reasons = " ".join(f"{check}: {' '.join(message.split())}" for check, message in failures.items())
         way_out = "" if is_fatal else ", or accept the failures with --failing-checks expect"
         raise AnswerError(
-            f"{robot_file}: the robot fails conformance checks. {told} Follow the advice of 'frobs doctor robot' to fix the file{way_out}."
+            f"{robot_file}: the robot fails conformance checks. {reasons} Follow the advice of 'frobs doctor robot' to fix the file{way_out}."
         )
-    warnings = [f"- {f.about}: {f.problem}; {f.advice}" for f in found.findings if f.severity is Severity.WARNING]
-    report = f"Taken from `{Path(robot_file).name}`: {found.dof} joints, {found.mass:.3g} kg, tool `{tool}`."
+    warnings = [f"- {f.about}: {f.problem}; {f.advice}" for f in facts.findings if f.severity is Severity.WARNING]
+    report = f"Taken from `{Path(robot_file).name}`: {facts.dof} joints, {facts.mass:.3g} kg, tool `{tool}`."
     if warnings:
         report += " Findings of `frobs doctor robot`:\n\n" + "\n".join(warnings)
     source, license = find_license(Path(robot_file))
@@ -137,7 +137,7 @@ def facts_of(
     return RobotFacts(
         model=model,
         model_name=model_name,
-        summary=f"{found.dof} joints, from {Path(robot_file).name}".replace('"', "'").replace("\\", "/"),
+        summary=f"{facts.dof} joints, from {Path(robot_file).name}".replace('"', "'").replace("\\", "/"),
         tcp=tool,
         home=home,
         joints=tuple(map(_describe, model.actuated_joints)),
@@ -156,11 +156,11 @@ def find_license(file: Path) -> tuple[str, str]:
     """
     declared = ""
     for folder in list(file.resolve().parents)[:_LICENSE_FOLDERS]:
-        found = sorted(path for pattern in _LICENSES for path in folder.glob(pattern) if path.is_file())
-        if found:
+        licenses = sorted(path for pattern in _LICENSES for path in folder.glob(pattern) if path.is_file())
+        if licenses:
             return (
-                f"The license of the model and its meshes is in `MODEL_LICENSE`, a copy of `{found[0].name}`.",
-                found[0].read_text("utf-8", errors="replace"),
+                f"The license of the model and its meshes is in `MODEL_LICENSE`, a copy of `{licenses[0].name}`.",
+                licenses[0].read_text("utf-8", errors="replace"),
             )
         manifest = folder / "package.xml"
         if not declared and manifest.is_file():

@@ -110,14 +110,14 @@ class ScalingModel:
             nodes: Number of nodes.
             processes: Number of processes per node.
         """
-        found = {}
+        speeds = {}
         if self.learner is not None:
             slowed = self.process_rate / (1.0 + self.process_rate * self.learner.inference)
-            found[COLLECTION] = self.collected(nodes, processes) * slowed / self.process_rate
-            found[LEARNER] = 1.0 / self.learner.learning
+            speeds[COLLECTION] = self.collected(nodes, processes) * slowed / self.process_rate
+            speeds[LEARNER] = 1.0 / self.learner.learning
             if self.bandwidth is not None and self.bytes_per_step is not None:
-                found[NETWORK] = self.bandwidth / self.bytes_per_step
-        return found
+                speeds[NETWORK] = self.bandwidth / self.bytes_per_step
+        return speeds
 
     def predict(self, nodes: int, processes: int, steps: int, price: float | None = None) -> Prediction:
         """Predict the speed, time and cost of a training run.

@@ -78,15 +78,15 @@ def measure_cluster(
     for index in range(processes):
         task = _task(config, folder.absolute(), index, processes, seconds, _CLUSTER_PATIENCE)
         jobs.append(Job(name=f"process {index}", function=f"{__name__}:run_worker", arguments=task, memory=memory))
-    found: list[dict[str, Any]] = []
+    results: list[dict[str, Any]] = []
     for outcome in runner.run(jobs, folder):
         if outcome.error is not None:
             raise ConfigurationError(
                 f"cannot measure {processes} process{'es' if processes > 1 else ''} on the cluster: {outcome.error}"
             )
-        found.append(outcome.result)
-    nodes = {result["node"] for result in found}
-    return summarize(config, CLUSTER, found, nodes=len(nodes), hosts=len({host for host, _ in nodes}))
+        results.append(outcome.result)
+    nodes = {result["node"] for result in results}
+    return summarize(config, CLUSTER, results, nodes=len(nodes), hosts=len({host for host, _ in nodes}))
 
 
 def measure_learner(config: RunConfig) -> LearnerCosts:

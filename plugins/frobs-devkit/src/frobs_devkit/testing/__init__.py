@@ -18,7 +18,7 @@ from frobs_devkit.testing.extension import check_extension
 from frobs_devkit.testing.find import Subject, find_subject
 from frobs_devkit.testing.plugin import check_plugin
 from frobs_devkit.testing.policy import check_policy
-from frobs_devkit.testing.report import Report, Result, pytest_checks, run_checks
+from frobs_devkit.testing.results import Report, Result, pytest_checks, run_checks
 from frobs_devkit.testing.robot import check_robot
 from frobs_devkit.testing.simulator import check_simulator
 from frobs_devkit.testing.task import check_task

@@ -117,18 +117,18 @@ def expect_keyword_only(cls: type) -> None:
 
 
 @contextmanager
-def expect_raises(wanted: type[Exception] | tuple[type[Exception], ...], what: str, naming: str = "") -> Iterator[None]:
-    """Raise CheckFailure unless the ``with`` block raises ``wanted``.
+def expect_raises(kind: type[Exception] | tuple[type[Exception], ...], what: str, naming: str = "") -> Iterator[None]:
+    """Raise CheckFailure unless the ``with`` block raises ``kind``.
 
     Args:
-        wanted: Expected exception class, or a tuple of alternative classes.
+        kind: Expected exception class, or a tuple of alternative classes.
         what: Description of the operation that must raise, used at the beginning of the failure message.
         naming: Text that the raised exception's message must contain.
     """
-    name = (wanted if isinstance(wanted, type) else wanted[0]).__name__
+    name = (kind if isinstance(kind, type) else kind[0]).__name__
     try:
         yield
-    except wanted as error:
+    except kind as error:
         expect(naming in str(error), f"the error message of {what} does not contain '{naming}': {error}")
         return
     except Exception as error:

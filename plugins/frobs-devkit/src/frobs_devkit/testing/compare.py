@@ -45,11 +45,11 @@ def batch_of_one(observation: Any) -> Any:
 
 def difference(expected: Any, actual: Any) -> str | None:
     """Return how ``actual`` differs from ``expected`` in bits, dtype or shape, or None if they are identical."""
-    wanted, found = leaves(expected), leaves(actual)
-    if wanted.keys() != found.keys():
-        return f"the parts are {sorted(found)} instead of {sorted(wanted)}"
-    for path, a in wanted.items():
-        b = found[path]
+    expected_leaves, actual_leaves = leaves(expected), leaves(actual)
+    if expected_leaves.keys() != actual_leaves.keys():
+        return f"the parts are {sorted(actual_leaves)} instead of {sorted(expected_leaves)}"
+    for path, a in expected_leaves.items():
+        b = actual_leaves[path]
         if a.dtype != b.dtype or a.shape != b.shape:
             return f"{path or 'the value'} is {b.dtype}{list(b.shape)} instead of {a.dtype}{list(a.shape)}"
         if a.tobytes() != b.tobytes():
@@ -68,17 +68,17 @@ def expect_array(array: Any, shape: tuple[int, ...], dtype: Any, what: str) -> N
     """Raise CheckFailure unless the value is an array of the given shape and dtype."""
     if not isinstance(array, np.ndarray):
         raise CheckFailure(f"{what} is {type(array).__name__}, not an array.")
-    found, wanted = f"{array.dtype}{list(array.shape)}", f"{np.dtype(dtype)}{list(shape)}"
-    if found != wanted:
-        raise CheckFailure(f"{what} is {found}, not {wanted}.")
+    actual, expected = f"{array.dtype}{list(array.shape)}", f"{np.dtype(dtype)}{list(shape)}"
+    if actual != expected:
+        raise CheckFailure(f"{what} is {actual}, not {expected}.")
 
 
 def expect_rows(arrays: Mapping[str, Any], num_envs: int, what: str) -> None:
     """Raise CheckFailure unless each array in a snapshot has one row of numbers for each environment."""
     for name, array in leaves(arrays).items():
         if array.shape[:1] != (num_envs,) or array.dtype.kind == "O":
-            found = f"{array.dtype}{list(array.shape)}"
-            raise CheckFailure(f"{what}{name} is {found}; expected an array of numbers with shape (num_envs, …).")
+            actual = f"{array.dtype}{list(array.shape)}"
+            raise CheckFailure(f"{what}{name} is {actual}; expected an array of numbers with shape (num_envs, …).")
 
 
 def expect_close(expected: Any, actual: Any, tolerance: float, what: str) -> None:

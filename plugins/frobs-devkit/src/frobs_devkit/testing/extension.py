@@ -21,7 +21,7 @@ from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, NotAp
 from frobs_devkit.testing.policy import check_policy
 from frobs_devkit.testing.robot.sensors import expect_sound
 from frobs_devkit.testing.simulator.robots import ROVER
-from frobs_devkit.testing.simulator.subject import TIMESTEP, SimulatorUnderTest
+from frobs_devkit.testing.simulator.under_test import TIMESTEP, SimulatorUnderTest
 
 
 @dataclass(frozen=True)
@@ -38,10 +38,10 @@ class ExtensionUnderTest:
         Raises:
             Inconclusive: There is no such simulator.
         """
-        found = [plugins.get_record("simulator", name) for name in plugins.importable("simulator")]
+        records = [plugins.get_record("simulator", name) for name in plugins.importable("simulator")]
         able = [
             one
-            for one in found
+            for one in records
             if isinstance(one, SimulatorRecord)
             and not one.is_paced
             and (not capability or one.capabilities.get(capability))
@@ -146,13 +146,13 @@ def values_are_kept(subject: ExtensionUnderTest) -> None:
                     f"'{name}' of '{target}' has the shape {before.shape}, not ({sim.num_envs},).",
                 )
                 mask = np.arange(sim.num_envs) == 0
-                wanted = np.where(mask, np.where(before == 0.0, 0.01, 1.1 * before), before)
-                sim.write_parameter(name, target, wanted[mask], mask)
-                found = sim.parameter(name, target)
+                expected = np.where(mask, np.where(before == 0.0, 0.01, 1.1 * before), before)
+                sim.write_parameter(name, target, expected[mask], mask)
+                actual = sim.parameter(name, target)
                 expect(
-                    np.allclose(found, wanted),
-                    f"'{name}' of '{target}' is {found.tolist()} after writing {wanted[mask].tolist()} in the first "
-                    f"environment; expected {wanted.tolist()}.",
+                    np.allclose(actual, expected),
+                    f"'{name}' of '{target}' is {actual.tolist()} after writing {expected[mask].tolist()} in the first "
+                    f"environment; expected {expected.tolist()}.",
                 )
 
 
@@ -190,11 +190,11 @@ def check_extension(kind: str, name: str, settings: Mapping[str, Any] | None = N
         UnknownNameError: There is no such kind, or no such extension.
     """
     check_name("kind of extension", kind, EXTENSIONS)
-    found = {item.name: item for item in listed(kind)}
-    if name not in found:
-        raise UnknownNameError(kind.replace("_", " "), name, found, plugins.active().failures())
+    items = {item.name: item for item in listed(kind)}
+    if name not in items:
+        raise UnknownNameError(kind.replace("_", " "), name, items, plugins.active().failures())
     settings = settings or {}
-    checks = collect(ExtensionUnderTest(kind, found[name], settings), _CHECKS[kind])
+    checks = collect(ExtensionUnderTest(kind, items[name], settings), _CHECKS[kind])
     if kind == "policy":
         checks += check_policy(name, settings.get("environment", ""), **settings.get("environment_kwargs", {}))
     return checks

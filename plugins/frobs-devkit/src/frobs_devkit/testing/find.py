@@ -128,19 +128,19 @@ def find_subject(word: str) -> Subject:
         return _named(kind, rest, known[kind])
     if "/" in word or word in gym.registry or word.rpartition(":")[2] in gym.registry:
         return Subject("environment", word)
-    found = [_named(kind, word, names) for kind, names in known.items() if _spelt(kind, word, names)]
-    if not found and colon and (_VERSION.search(rest) or nearest(kind, known) is None):
+    subjects = [_named(kind, word, names) for kind, names in known.items() if _spelt(kind, word, names)]
+    if not subjects and colon and (_VERSION.search(rest) or nearest(kind, known) is None):
         return Subject("environment", word)  # the module, which registers the ID, has not been imported yet
-    if not found:
+    if not subjects:
         extensions = {other: [item.name for item in catalogue.listed(other)] for other in catalogue.EXTENSIONS}
-        found = [Subject(other, word) for other, names in extensions.items() if word in names]
-    if not found:
+        subjects = [Subject(other, word) for other, names in extensions.items() if word in names]
+    if not subjects:
         failed = plugins.active().failures()
         names = {name for names in known.values() for name in names if ":" not in name}
         raise UnknownNameError("part, plugin or ID", word, [*names, *registry.environments()], failed)
-    if len(found) > 1:
-        raise AmbiguousNameError("name", word, [f"the {one.kind}" for one in found], [one.word for one in found])
-    return found[0]
+    if len(subjects) > 1:
+        raise AmbiguousNameError("name", word, [f"the {one.kind}" for one in subjects], [one.word for one in subjects])
+    return subjects[0]
 
 
 def _named(kind: str, name: str, names: Iterable[str]) -> Subject:
@@ -179,8 +179,8 @@ def _of(
     keywords: dict[str, Any] = {"robot": robot, "simulator": simulator}
     given = {**settings, **{key: value for key, value in keywords.items() if value is not None}}
     if kind == "environment":
-        found = registry.environments().get(name.rpartition(":")[2])
-        if found is not None and not found[1].robot and robot is None:
+        entry = registry.environments().get(name.rpartition(":")[2])
+        if entry is not None and not entry[1].robot and robot is None:
             reason = Inconclusive(
                 "the environment ID requires a robot; pass --robot to 'frobs check', or robot= to check_env"
             )

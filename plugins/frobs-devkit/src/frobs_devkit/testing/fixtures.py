@@ -67,7 +67,7 @@ def isolated_plugins() -> Iterator[Isolate]:
     with ExitStack() as stack:
 
         def isolate(*, installed: bool = False, **entry_points: str) -> Plugins:
-            found = [_MadeDistribution(entry_points), *(distributions() if installed else ())]
-            return stack.enter_context(plugins.isolated(Plugins(found, strict=True, disabled=())))
+            parts = [_MadeDistribution(entry_points), *(distributions() if installed else ())]
+            return stack.enter_context(plugins.isolated(Plugins(parts, strict=True, disabled=())))
 
         yield isolate

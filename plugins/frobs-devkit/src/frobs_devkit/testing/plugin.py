@@ -53,9 +53,9 @@ class PluginUnderTest:
         """The plugin's entry point."""
         report = self.report
         return next(
-            found
-            for found in plugins.active().candidates()
-            if (found.name, found.distribution) == (report.name, report.distribution)
+            candidate
+            for candidate in plugins.active().candidates()
+            if (candidate.name, candidate.distribution) == (report.name, report.distribution)
         )
 
     def expect_no(self, *codes: str) -> None:
@@ -63,8 +63,8 @@ class PluginUnderTest:
         facts = _examine(self.candidate)
         lines = facts.traceback.strip().splitlines() or [facts.cause]
         expect(facts.state == "loaded", f"importing '{facts.module}' fails: {lines[-1]}")
-        found = [f"{one.about}: {one.problem}; {one.advice}" for one in facts.findings if one.code in codes]
-        expect(not found, f"{'; '.join(found)}.")
+        problems = [f"{one.about}: {one.problem}; {one.advice}" for one in facts.findings if one.code in codes]
+        expect(not problems, f"{'; '.join(problems)}.")
 
     @property
     def is_made_for_previous_core(self) -> bool:

@@ -22,7 +22,7 @@ from frobs_core.plugins.records import PolicyRecord
 from frobs_core.util.keywords import constructor_parameters
 from frobs_devkit.testing.checks import Check, Inconclusive, NotApplicable, after, checks_of, collect, expect
 from frobs_devkit.testing.compare import batch_of_one, expect_same, row
-from frobs_devkit.testing.environment.subject import EnvUnderTest, is_ours
+from frobs_devkit.testing.environment.under_test import EnvUnderTest, is_ours
 
 _ENVS, _STEPS, _SEED = 3, 20, 5
 

@@ -30,9 +30,19 @@ from frobs_devkit.testing.checks import (
     expect_raises,
 )
 from frobs_devkit.testing.compare import expect_array, expect_same
-from frobs_devkit.testing.environment import api, data, honesty, life, rewards, seeding, state, success, vector
+from frobs_devkit.testing.environment import (
+    api,
+    lifecycle,
+    outputs,
+    rewards,
+    seeding,
+    state,
+    step_results,
+    success,
+    vector,
+)
 from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play
-from frobs_devkit.testing.environment.subject import EnvUnderTest, achieved_goal, inside
+from frobs_devkit.testing.environment.under_test import EnvUnderTest, achieved_goal, inside
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,11 +222,11 @@ CHECKS = (
     reading_changes_nothing,
     default_timestep_is_a_default,
     api.unknown_keyword_refused,
-    *checks_of(data, seeding, rewards, state, success),
-    life.reset_options_hold,
-    life.options_hold_by_row,
-    honesty.step_shows_its_action,
-    honesty.ends_have_their_reason,
+    *checks_of(outputs, seeding, rewards, state, success),
+    lifecycle.reset_options_hold,
+    lifecycle.options_hold_by_row,
+    step_results.step_shows_its_action,
+    step_results.ends_have_their_reason,
     vector.same_step_equals_single,
     vector.disabled_equals_single,
 )

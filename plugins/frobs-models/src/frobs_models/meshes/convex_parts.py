@@ -41,13 +41,13 @@ def convex_parts(mesh: Mesh) -> tuple[MeshPart, ...]:
         ModelFileError: The mesh cannot be read, or has too many triangles to be decomposed.
         MissingDependencyError: The mesh must be decomposed, but CoACD is not installed.
     """
-    whole = joined(read_mesh(mesh.path))
+    undivided = joined(read_mesh(mesh.path))
     if not mesh.decomposed:
-        return tuple(_with_volume(mesh, part) for part in scaled([whole], mesh.scale))
-    cache = MeshCache(mesh.path.with_suffix(_CACHED_AS), whole.vertices.tobytes() + whole.faces.tobytes())
+        return tuple(_with_volume(mesh, part) for part in scaled([undivided], mesh.scale))
+    cache = MeshCache(mesh.path.with_suffix(_CACHED_AS), undivided.vertices.tobytes() + undivided.faces.tobytes())
     parts = cache.load(MeshPart)
     if parts is None:
-        parts = _decompose(mesh, whole)
+        parts = _decompose(mesh, undivided)
         cache.store(parts)
     return tuple(_with_volume(mesh, part) for part in scaled(parts, mesh.scale))
 
@@ -72,11 +72,11 @@ def _with_volume(mesh: Mesh, part: MeshPart) -> MeshPart:
     )
 
 
-def _decompose(mesh: Mesh, whole: MeshPart) -> tuple[MeshPart, ...]:
-    if len(whole.faces) > MAX_FACES:
+def _decompose(mesh: Mesh, undivided: MeshPart) -> tuple[MeshPart, ...]:
+    if len(undivided.faces) > MAX_FACES:
         raise ModelFileError(
             mesh.path,
-            f"the mesh has {len(whole.faces):,} triangles; at most {MAX_FACES:,} can be decomposed. Simplify the mesh.",
+            f"the mesh has {len(undivided.faces):,} triangles; at most {MAX_FACES:,} can be decomposed. Simplify the mesh.",
         )
     try:
         import coacd
@@ -85,5 +85,5 @@ def _decompose(mesh: Mesh, whole: MeshPart) -> tuple[MeshPart, ...]:
         raise MissingDependencyError(purpose, ["coacd"], "pip install 'frobs-models[decomposition]'") from error
     logging.getLogger(__name__).info("decomposing %s into convex parts; the result is cached", mesh.path)
     coacd.set_log_level("error")
-    found = coacd.run_coacd(coacd.Mesh(whole.vertices, whole.faces), **_SETTINGS)
-    return tuple(MeshPart(np.array(vertices, float), np.array(faces, np.int32)) for vertices, faces in found)
+    pieces = coacd.run_coacd(coacd.Mesh(undivided.vertices, undivided.faces), **_SETTINGS)
+    return tuple(MeshPart(np.array(vertices, float), np.array(faces, np.int32)) for vertices, faces in pieces)

@@ -197,7 +197,7 @@ def _parse(path: Path, data: bytes, unit: float = 1.0) -> list[MeshPart]:
         raise ModelFileError(path, beside.refused)
     if faces > MAX_FACES:
         raise ModelFileError(path, f"the mesh exceeds the limit of {MAX_FACES:,} triangles. Simplify the mesh.")
-    parts = ((rgba, joined(found)) for rgba, found in groups.items())
+    parts = ((rgba, joined(meshes)) for rgba, meshes in groups.items())
     return [MeshPart(part.vertices, part.faces, rgba) for rgba, part in parts]
 
 

@@ -83,10 +83,10 @@ class MjcfDocument:
         name = element.get("class") or childclass or _MAIN
         if name not in self._classes:
             element.refuse(f"the default class '{name}' does not exist.{suggestion(name, self._classes)}")
-        found, defaults = self._classes[name], []
-        while found.parent is not None:
-            defaults.append(found.attributes.get(tag or element.tag, {}))
-            found = found.parent
+        cls, defaults = self._classes[name], []
+        while cls.parent is not None:
+            defaults.append(cls.attributes.get(tag or element.tag, {}))
+            cls = cls.parent
         merged = Element(element.tag)
         for attributes in (*reversed(defaults), element.attrib):
             merged.attrib.update(attributes)

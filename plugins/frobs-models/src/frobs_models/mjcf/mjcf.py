@@ -146,11 +146,11 @@ class _MjcfReader:
     def _note_what_is_left_out(self) -> None:
         """Add a note for each kind of section that simulators ignore."""
         for section, rule in _LEFT_OUT.items():
-            found = list(self.document.children(of=section))
-            if not found:
-                found = [element for element in self.document.root.children(section) if element.attrib]
-            if found:
-                self.notes.add(rule, found[0], f"{len(found)} in <{section}>, ignored")
+            children = list(self.document.children(of=section))
+            if not children:
+                children = [element for element in self.document.root.children(section) if element.attrib]
+            if children:
+                self.notes.add(rule, children[0], f"{len(children)} in <{section}>, ignored")
         for option in self.document.root.children("option"):
             physics = [
                 f"{name}={option.get(name)}"

@@ -63,14 +63,14 @@ class Shapes:
 
     def present(self, link: Element, tag: str) -> list[Element]:
         """Return the ``<visual>`` or ``<collision>`` elements of a link, except spheres with a radius of 0."""
-        found = []
+        elements = []
         for element in list(link.children(tag)):
             if any(_is_zero(sphere.get("radius", "")) for sphere in element.descendants("sphere")):
                 self.notes.add("empty-shape", link, f"a <{tag}> that contains a sphere of radius 0 is ignored")
                 link.remove(element)
             else:
-                found.append(element)
-        return found
+                elements.append(element)
+        return elements
 
     def visual(self, element: Element) -> Visual:
         """Read a ``<visual>``."""

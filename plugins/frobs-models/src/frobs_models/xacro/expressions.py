@@ -173,8 +173,8 @@ class Interpreter:
         if isinstance(function, _Method):
             if function.name != "get":  # which accesses only one item
                 self.budget.weigh(function.value)
-            found = self._methods[type(function.value)][function.name]
-            return self._made(found(self, function.value, *args, **keywords))
+            method = self._methods[type(function.value)][function.name]
+            return self._made(method(self, function.value, *args, **keywords))
         if isinstance(function, _Lambda):
             return self._call_lambda(function, args, keywords)
         raise TypeError(f"{function!r} is not a function")
@@ -243,10 +243,10 @@ class Interpreter:
             _forbid(name)
         if isinstance(value, (Library, self._namespace)):
             try:
-                found = value.members[name] if isinstance(value, Library) else value[name]
+                member = value.members[name] if isinstance(value, Library) else value[name]
             except KeyError:
                 raise NameError(f"name '{name}' is not defined") from None
-            return self._known(found, name)
+            return self._known(member, name)
         if name in self._methods.get(type(value), ()):
             return _Method(name, value)
         if type(value) is YamlDict:
@@ -260,8 +260,8 @@ class Interpreter:
         if type(value) not in _ITERABLES:
             raise TypeError(f"{value!r} has no items")
         self.budget.weigh(key)
-        found = value[key]
-        return self._made(found) if isinstance(key, slice) else found
+        item = value[key]
+        return self._made(item) if isinstance(key, slice) else item
 
     def _slice(self, node: ast.Slice, scope: Scope) -> Any:
         return slice(*(None if end is None else self._eval(end, scope) for end in (node.lower, node.upper, node.step)))
@@ -311,11 +311,11 @@ class Interpreter:
     def _dict(self, node: ast.Dict, scope: Scope) -> Any:
         made: dict[Any, Any] = {}
         for key, value in zip(node.keys, node.values, strict=True):
-            found = self._eval(value, scope)
+            content = self._eval(value, scope)
             if key is None:
-                made |= {item: found[item] for item in self.items(found)}
+                made |= {item: content[item] for item in self.items(content)}
             else:
-                made[self._eval(key, scope)] = found
+                made[self._eval(key, scope)] = content
         return self._made(made)
 
     def _ifexp(self, node: ast.IfExp, scope: Scope) -> Any:

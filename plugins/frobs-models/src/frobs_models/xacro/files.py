@@ -297,8 +297,8 @@ class _Expansion:
         return self._convert(text, "auto")
 
     def _arguments(self) -> dict[str, str]:
-        found: dict[str, str] = self._xacro.substitution_args_context.get("arg", {})
-        return found
+        arguments: dict[str, str] = self._xacro.substitution_args_context.get("arg", {})
+        return arguments
 
     def _arg(self, name: str) -> str:
         self._seen.arguments.add(name)  # as in xacro, a value can be given for an argument without a declaration
@@ -360,14 +360,14 @@ class _Expansion:
             yield name
             return
         left = _MAX_ENTRIES
-        found = [Path(Path(name).anchor)]
+        paths = [Path(Path(name).anchor)]
         for part in Path(name).parts[bool(Path(name).anchor) :]:
             if not re.search(r"[*[?]", part):
-                found = [folder / part for folder in found]
+                paths = [folder / part for folder in paths]
                 continue
             matches = re.compile(fnmatch.translate(part)).match
             below = []
-            for folder in filter(Path.is_dir, found):
+            for folder in filter(Path.is_dir, paths):
                 with os.scandir(folder) as scanned:
                     entries = [entry.name for entry in islice(scanned, left)]
                 left -= len(entries)
@@ -376,8 +376,8 @@ class _Expansion:
                         f"searching for the include '{spec}' exceeds the limit of {_MAX_ENTRIES:,} files"
                     )
                 below += [folder / entry for entry in entries if matches(entry) and (entry[0] != "." or part[0] == ".")]
-            found = below
-        yield from sorted(str(file) for file in found if os.path.lexists(file))
+            paths = below
+        yield from sorted(str(file) for file in paths if os.path.lexists(file))
 
     def _parse_parameter(self, text: str) -> tuple[str, tuple[str | None, str | None] | None, str]:
         """Return the first parameter of a macro, its default, and the rest of the text.

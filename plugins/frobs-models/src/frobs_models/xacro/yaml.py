@@ -62,10 +62,10 @@ def load_yaml(path: Path, budget: Budget, evaluate: Callable[[str], Any]) -> Any
         Loader.add_constructor(tag, constructor(factor))
     loader = Loader(data.decode("utf-8-sig"))
     try:
-        found = loader.get_single_data()
-        if isinstance(found, str):  # YAML reads plain text as a single string
+        content = loader.get_single_data()
+        if isinstance(content, str):  # YAML reads plain text as a single string
             raise ValueError(f"{path} contains neither a mapping nor a list")
-        return _plain(found, budget, 0)
+        return _plain(content, budget, 0)
     finally:
         loader.dispose()
 

@@ -221,10 +221,10 @@ class RLlibAlgorithm(Algorithm):
         self.env = env
 
     def _check_same(self, env: gym.vector.VectorEnv[Any, Any, Any]) -> None:
-        for what, saved, found in (
+        for what, saved, current in (
             ("num_envs", self._num_envs, env.num_envs),
             ("observation_space", self.observation_space, env.single_observation_space),
             ("action_space", self.action_space, env.single_action_space),
         ):
-            if saved != found:
-                raise ModelMismatchError("the training run", what, saved, found)
+            if saved != current:
+                raise ModelMismatchError("the training run", what, saved, current)

@@ -74,10 +74,10 @@ class RLlibConfig(Settings):
             The constant rate, or the points of a linear schedule. Each point consists of a number of environment steps,
             counted from the start of this call, and the learning rate.
         """
-        found = schedule(self.learning_rate)
-        if not callable(found):
-            return found
-        return [[0, found(1.0 - done / total)], [total - done, found(0.0)]]
+        rate = schedule(self.learning_rate)
+        if not callable(rate):
+            return rate
+        return [[0, rate(1.0 - done / total)], [total - done, rate(0.0)]]
 
 
 class OnPolicyConfig(RLlibConfig):

@@ -71,7 +71,7 @@ class Fragments:
 
     def episodes(self) -> list[SingleAgentEpisode]:
         """Return the fragments, ordered by environment."""
-        found = []
+        pieces = []
         last = self._taken - 1
         for env in range(self._observations.shape[1]):
             ends = np.flatnonzero(self._done[: self._taken, env]).tolist()
@@ -79,9 +79,9 @@ class Fragments:
                 ends.append(last)
             start = 0
             for end in ends:
-                found.append(self._piece(env, start, end + 1))
+                pieces.append(self._piece(env, start, end + 1))
                 start = end + 1
-        return found
+        return pieces
 
     def _piece(self, env: int, start: int, stop: int) -> SingleAgentEpisode:
         """Return an environment's steps ``start`` to ``stop − 1``, including the observation after the last step."""

@@ -71,10 +71,10 @@ class ReplayBuffer(ReplayBufferInterface):
     def sample(self, num_items: int, **kwargs: Any) -> list[Transitions]:  # type: ignore[override]
         """Return a list that contains one batch of ``num_items`` transitions."""
         chosen = self._generator.integers(self._size, size=num_items)
-        found = Transitions({name: values[chosen] for name, values in self._columns.items()})
-        found["weights"] = np.ones(num_items, np.float32)
-        found["n_step"] = np.ones(num_items, np.float32)
-        return [found]
+        batch = Transitions({name: values[chosen] for name, values in self._columns.items()})
+        batch["weights"] = np.ones(num_items, np.float32)
+        batch["n_step"] = np.ones(num_items, np.float32)
+        return [batch]
 
     def get_metrics(self) -> Any:
         """Return empty metrics in RLlib's format."""

@@ -38,14 +38,14 @@ def restore_weights(module: nn.Module, arrays: Mapping[str, np.ndarray[Any, Any]
 
 def learning(learner: Any) -> Arrays:
     """Return a learner's optimizer states, and its learned or adapted coefficients."""
-    found: Arrays = {}
+    arrays: Arrays = {}
     for name, optimizer in learner.get_optimizers_for_module(DEFAULT_MODULE_ID):
         for index, values in optimizer.state_dict()["state"].items():
             for key, value in values.items():
-                found[f"optimizer/{name}/{index}/{key}"] = np.array(value)
+                arrays[f"optimizer/{name}/{index}/{key}"] = np.array(value)
     for name, value in _coefficients(learner).items():
-        found[f"coefficient/{name}"] = value.detach().cpu().numpy().copy()
-    return found
+        arrays[f"coefficient/{name}"] = value.detach().cpu().numpy().copy()
+    return arrays
 
 
 def restore_learning(learner: Any, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
@@ -84,9 +84,9 @@ def _check_shapes(name: str, optimizer: th.optim.Optimizer, state: Mapping[int, 
 
 def _coefficients(learner: Any) -> dict[str, Any]:
     """Return SAC's temperature or the weight of PPO's KL divergence penalty, if the learner has such a coefficient."""
-    found: dict[str, Callable[[], Any]] = {
+    readers: dict[str, Callable[[], Any]] = {
         "log_alpha": lambda: learner.curr_log_alpha[DEFAULT_MODULE_ID],
         "kl_coeff": lambda: learner.curr_kl_coeffs_per_module[DEFAULT_MODULE_ID],
     }
     attributes = {"log_alpha": "curr_log_alpha", "kl_coeff": "curr_kl_coeffs_per_module"}
-    return {name: read() for name, read in found.items() if hasattr(learner, attributes[name])}
+    return {name: read() for name, read in readers.items() if hasattr(learner, attributes[name])}

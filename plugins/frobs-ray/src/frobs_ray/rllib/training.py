@@ -234,9 +234,9 @@ def _raise_problems(group: Any, timeout: float) -> None:
 
 
 def _learner(algorithm: Any) -> Any:
-    found: list[Any] = []
-    algorithm.learner_group.foreach_learner(lambda learner: found.append(learner))
-    return found[0]
+    learners: list[Any] = []
+    algorithm.learner_group.foreach_learner(lambda learner: learners.append(learner))
+    return learners[0]
 
 
 @contextmanager

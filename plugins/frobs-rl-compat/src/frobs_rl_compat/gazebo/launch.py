@@ -106,10 +106,10 @@ def launch_Gazebo(  # noqa: N802 # FRobs_RL's name
 @answers(False)
 def close_Gazebo() -> bool:  # noqa: N802 # FRobs_RL's name
     """Close the simulation that this process launched. Other simulations are not affected."""
-    found = processes.owned(["gazebo"])
-    if not found:
+    running = processes.owned(["gazebo"])
+    if not running:
         raise ProcessError("Gazebo", "no simulation was closed, because this process has not launched one")
-    return processes.stop(found)
+    return processes.stop(running)
 
 
 def find_world(path: str | None, package: str | None, name: str | None) -> Path | None:

@@ -16,13 +16,13 @@
 - ``original.py``: writes the old environment's spaces and numerical constants into the plugin
 - ``comments.py``: inserts TODO comments
 - ``advice.py``: gives advice on porting the parts that are not migrated
-- ``report.py``: lists which parts were migrated and which were not
+- ``migration.py``: lists which parts were migrated and which were not
 - ``errors.py``: the error class
 """
 
+from frobs_rl_compat.migrate.migration import Migration
 from frobs_rl_compat.migrate.package import OldPackage, read_package
 from frobs_rl_compat.migrate.plugin import migrate_package
-from frobs_rl_compat.migrate.report import Migration
 from frobs_rl_compat.migrate.yaml_files import migrate_yaml
 
 __all__ = ["Migration", "OldPackage", "migrate_package", "migrate_yaml", "read_package"]

@@ -6,8 +6,8 @@ import ast
 from collections.abc import Mapping
 from typing import Any
 
+from frobs_rl_compat.migrate.migration import Migration
 from frobs_rl_compat.migrate.package import OldPackage
-from frobs_rl_compat.migrate.report import Migration
 from frobs_rl_compat.migrate.robot import RobotSource
 from frobs_rl_compat.migrate.yaml_files import LEGACY_IDS
 
@@ -36,9 +36,9 @@ def note_the_task(package: OldPackage, robot: RobotSource | None, made: Migratio
                 )
     for path, mapping in package.yaml.controllers.items():
         for name, type in _types(mapping):
-            found = next((ours for part, ours in _CONTROLLERS if part in type), None)
-            if found is not None:
-                made.leave(f"controller {name} ({type}, {path.name})", f"plugin.py: controller={found}")
+            controller = next((ours for part, ours in _CONTROLLERS if part in type), None)
+            if controller is not None:
+                made.leave(f"controller {name} ({type}, {path.name})", f"plugin.py: controller={controller}")
     if any("moveit" in name.lower() for old in package.lineage for name in _names(old.tree)):
         made.leave(
             "MoveIt",
@@ -73,26 +73,26 @@ def note_what_is_left(package: OldPackage, made: Migration) -> None:
 
 
 def _types(mapping: Mapping[str, Any]) -> list[tuple[str, str]]:
-    found = []
+    types = []
     for name, value in mapping.items():
         if isinstance(value, Mapping):
             type = value.get("type")
-            found += [(name, str(type))] if isinstance(type, str) else _types(value)
-    return found
+            types += [(name, str(type))] if isinstance(type, str) else _types(value)
+    return types
 
 
 def _names(tree: ast.Module) -> list[str]:
-    found = []
+    names = []
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            found += [alias.name for alias in node.names]
+            names += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
-            found += [node.module or "", *(alias.name for alias in node.names)]
-    return found
+            names += [node.module or "", *(alias.name for alias in node.names)]
+    return names
 
 
 def _topics(package: OldPackage) -> list[str]:
-    found = []
+    topics = []
     for old in package.lineage:
         for node in ast.walk(old.node):
             if (
@@ -101,5 +101,5 @@ def _topics(package: OldPackage) -> list[str]:
                 and node.args
             ):
                 kind = ast.unparse(node.func).removeprefix("rospy.").lower()
-                found.append(f"{kind} of {ast.unparse(node.args[0])}")
-    return list(dict.fromkeys(found))
+                topics.append(f"{kind} of {ast.unparse(node.args[0])}")
+    return list(dict.fromkeys(topics))

@@ -11,8 +11,8 @@ from frobs_core import plugins
 from frobs_core.plugins.records import TaskRecord
 from frobs_core.util.yaml import dump_yaml
 from frobs_rl_compat.migrate.examples import Example
+from frobs_rl_compat.migrate.migration import Migration
 from frobs_rl_compat.migrate.package import OldPackage
-from frobs_rl_compat.migrate.report import Migration
 from frobs_rl_compat.migrate.yaml_files import literal
 
 _REQUIREMENT = '  "frobs-tasks-legacy>=0.3,<0.4",\n'

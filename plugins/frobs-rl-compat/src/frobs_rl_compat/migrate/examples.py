@@ -78,19 +78,19 @@ def find_example(package: OldPackage, robot: RobotSource | None) -> tuple[Exampl
     Returns:
         The task and an empty string, or None and the reason why the package cannot be translated.
     """
-    found = recognize(package)
-    if found is None:
+    known = recognize(package)
+    if known is None:
         if any("moveit" in ast.unparse(old.node).lower() for old in package.lineage):
             return (
                 None,
                 "the package uses MoveIt, which cannot be translated; port the task as described in the rows below",
             )
         return None, "arbitrary code cannot be translated; port the task as described in the rows below"
-    original = f"the task is the FRobs_RL example that {NEAREST_IDS[found.name]} reproduces"
-    if found.differing:
+    original = f"the task is the FRobs_RL example that {NEAREST_IDS[known.name]} reproduces"
+    if known.differing:
         return (
             None,
-            f"{original}, except for {'; '.join(found.differing)}. Port the changes, or start from that environment",
+            f"{original}, except for {'; '.join(known.differing)}. Port the changes, or start from that environment",
         )
     if robot is None:
         return None, f"{original}, but the robot's file could not be used"
@@ -98,7 +98,7 @@ def find_example(package: OldPackage, robot: RobotSource | None) -> tuple[Exampl
         if package.constructed.parameters.get("step_mode", 1) != 1:
             raise UntranslatableError("step_mode is not 1")
         check_world_is_empty(package)
-        return _reach(package, robot) if found.name == "reach_velocity" else _navigation(found.name, package, robot), ""
+        return _reach(package, robot) if known.name == "reach_velocity" else _navigation(known.name, package, robot), ""
     except (FrobsError, UntranslatableError) as error:
         return None, f"{original}, but {error}"
 

@@ -9,8 +9,8 @@ import gymnasium
 import numpy as np
 
 from frobs_core.util.plain import plain
+from frobs_rl_compat.migrate.migration import Migration
 from frobs_rl_compat.migrate.package import OldPackage
-from frobs_rl_compat.migrate.report import Migration
 from frobs_rl_compat.migrate.yaml_files import literal
 
 _WIDTH = 114  # maximum length of a line, excluding its indentation and a trailing comma

@@ -52,11 +52,11 @@ class OldPackage:
     @property
     def time_limits(self) -> list[int]:
         """Value of ``max_steps`` for each ``TimeLimitWrapper`` in the scripts."""
-        found: list[Any] = []
+        limits: list[Any] = []
         for call in self.calls("TimeLimitWrapper"):
             given = [keyword.value for keyword in call.keywords if keyword.arg == "max_steps"] + call.args[1:2]
-            found += [value.value for value in given if isinstance(value, ast.Constant)]
-        return [value for value in found if isinstance(value, int)]
+            limits += [value.value for value in given if isinstance(value, ast.Constant)]
+        return [value for value in limits if isinstance(value, int)]
 
     @property
     def wrappers(self) -> list[str]:
@@ -90,8 +90,8 @@ def read_package(folder: Path, id: str | None = None) -> OldPackage:
         raise UnknownNameError(f"ID in {folder}", id, [each.id for each in registered])
     candidates = [each for each in registered if id in (None, each.id)]
     registration = min(candidates, key=lambda each: _rank(each, python), default=None)
-    found = python.registered(registration) if registration else None
-    lineage = python.lineage(found) if found else max(map(python.lineage, environments), key=len)
+    cls = python.registered(registration) if registration else None
+    lineage = python.lineage(cls) if cls else max(map(python.lineage, environments), key=len)
     yaml = read_yaml_files(folder)
     loaded = _loaded(lineage)
     yaml.numbers = dict(sorted(yaml.numbers.items(), key=lambda item: item[0].name not in loaded))
@@ -142,5 +142,5 @@ def _loaded(lineage: list[OldClass]) -> list[Any]:
 
 def _package_name(folder: Path) -> str:
     file = folder / "package.xml"
-    found = _NAME.search(read_file(file).decode("utf-8", "replace")) if file.is_file() else None
-    return found[1] if found else folder.absolute().name
+    match = _NAME.search(read_file(file).decode("utf-8", "replace")) if file.is_file() else None
+    return match[1] if match else folder.absolute().name

@@ -17,9 +17,9 @@ from frobs_rl_compat.migrate.advice import note_the_task, note_what_is_left
 from frobs_rl_compat.migrate.comments import todo
 from frobs_rl_compat.migrate.example_files import write_example
 from frobs_rl_compat.migrate.examples import find_example
+from frobs_rl_compat.migrate.migration import Migration
 from frobs_rl_compat.migrate.original import write_original
 from frobs_rl_compat.migrate.package import OldPackage, read_package
-from frobs_rl_compat.migrate.report import Migration
 from frobs_rl_compat.migrate.robot import RobotSource, find_robot
 from frobs_rl_compat.migrate.task import edit_task
 from frobs_rl_compat.migrate.yaml_files import literal, run_configuration
@@ -152,8 +152,8 @@ def _edit_robot(
         (r"    friction=.*\n", _friction_text(robot.friction)),
         (r"    # sensors=.*\n", _lidars_text(robot.lidars)),
     ):  # fmt: skip
-        text, found = re.subn(old, new, text)
-        if not found:
+        text, count = re.subn(old, new, text)
+        if not count:
             raise ValueError(f"the scaffold of a robot has no text that matches {old!r}")
     if robot.lidars:
         text = text.replace("DriveGains, Robot", "DriveGains, Lidar, Robot")
@@ -181,8 +181,8 @@ def _lidars_text(lidars: Mapping[str, Lidar]) -> str:
                   if getattr(lidar, each.name) != each.default}  # fmt: skip
         shown = "".join(f"            {key}={literal(value)},\n" for key, value in values.items())
         rows += f'        "{name}": Lidar(\n{shown}        ),\n'
-    told = "    # tasks read these sensors with frobs_core.sensing.sensors.Sensors\n"
-    return f"{told}    sensors={{\n{rows}    }},\n" if rows else '    # sensors={"scan": Lidar(frame="base_link", …)}\n'
+    note = "    # tasks read these sensors with frobs_core.sensing.sensors.Sensors\n"
+    return f"{note}    sensors={{\n{rows}    }},\n" if rows else '    # sensors={"scan": Lidar(frame="base_link", …)}\n'
 
 
 def _edit_plugin(

@@ -79,14 +79,14 @@ class PythonFiles:
 
     def lineage(self, old: OldClass) -> list[OldClass]:
         """Return a class, followed by its base classes from the same package."""
-        found: list[OldClass] = []
+        bases: list[OldClass] = []
         waiting = [old]
         while waiting:
             each = waiting.pop(0)
-            if each not in found:
-                found.append(each)
+            if each not in bases:
+                bases.append(each)
                 waiting += [base for name in each.bases if (base := self._find(name, each.path)) is not None]
-        return found
+        return bases
 
     def registered(self, registration: Registration) -> OldClass | None:
         """Return the class that a call to ``register`` refers to."""
@@ -103,8 +103,8 @@ class PythonFiles:
 
     def _find(self, name: str, *places: Path) -> OldClass | None:
         """Return the class with the given name. If several classes have this name, prefer one from the given files."""
-        found = [each for each in self.classes if each.name == name]
-        return next((each for place in places for each in found if each.path == place), found[0] if found else None)
+        named = [each for each in self.classes if each.name == name]
+        return next((each for place in places for each in named if each.path == place), named[0] if named else None)
 
 
 _DEFINES = re.compile(r"^\s*class\s+\w+\s*\(|^register\s*\(", re.MULTILINE)
@@ -126,15 +126,15 @@ def read_file(path: Path) -> bytes:
 
 
 def _find_python_files(folder: Path) -> list[Path]:
-    found = []
+    paths = []
     for number, (place, folders, names) in enumerate(os.walk(folder)):
         if number == _MAX_FOLDERS:
             raise MigrationError(
                 folder, f"this folder has more than {_MAX_FOLDERS:,} subfolders; pass the folder of one ROS package."
             )
         folders[:] = [name for name in folders if not name.startswith(".") and name not in ("build", "devel")]
-        found += [Path(place, name) for name in names if name.endswith(".py") and not name.startswith(".")]
-    return sorted(found)
+        paths += [Path(place, name) for name in names if name.endswith(".py") and not name.startswith(".")]
+    return sorted(paths)
 
 
 def read_python_files(folder: Path) -> PythonFiles:

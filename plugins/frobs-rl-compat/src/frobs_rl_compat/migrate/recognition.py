@@ -53,7 +53,7 @@ class Recognition:
 def recognize(package: OldPackage) -> Recognition | None:
     """Return the most similar example task, or None if more than half of the methods differ in every example."""
     known = load_yaml(KNOWN_TASKS)
-    found = []
+    candidates = []
     for name, task in known["tasks"].items():
         differing = _differing(package.lineage[0], task["methods"])
         if 2 * len(differing) > len(task["methods"]):
@@ -65,8 +65,8 @@ def recognize(package: OldPackage) -> Recognition | None:
         for node in task.get("nodes", ()):
             own = [old for old in package.python.classes if old.name == node]
             differing += _differing(own[0], known["nodes"][node]) if own else [f"{node}, which is missing"]
-        found.append(Recognition(name, differing))
-    return min(found, key=lambda each: len(each.differing), default=None)
+        candidates.append(Recognition(name, differing))
+    return min(candidates, key=lambda each: len(each.differing), default=None)
 
 
 def fingerprint(method: ast.FunctionDef) -> str:
@@ -77,9 +77,9 @@ def fingerprint(method: ast.FunctionDef) -> str:
 
 def factors(method: ast.FunctionDef) -> list[float]:
     """Return the literal numbers in a method's sums, differences and products, in source order."""
-    found = [side for node in ast.walk(method) if isinstance(node, ast.BinOp) and isinstance(node.op, _ARITHMETIC)
+    sides = [side for node in ast.walk(method) if isinstance(node, ast.BinOp) and isinstance(node.op, _ARITHMETIC)
              for side in (node.left, node.right) if _is_number(side)]  # fmt: skip
-    return [side.value for side in sorted(found, key=lambda side: (side.lineno, side.col_offset))]  # type: ignore[attr-defined]
+    return [side.value for side in sorted(sides, key=lambda side: (side.lineno, side.col_offset))]  # type: ignore[attr-defined]
 
 
 def _differing(old: OldClass, known: Mapping[str, Sequence[str]]) -> list[str]:

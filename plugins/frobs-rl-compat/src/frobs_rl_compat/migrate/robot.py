@@ -109,11 +109,11 @@ def find_robot(package: OldPackage, package_paths: Mapping[str, str | Path]) -> 
 
 def _wheels(model: RobotModel) -> Wheels | None:
     for plugin in read_plugins(ElementTree.fromstring(model.xml).iter("gazebo")):
-        found = {what: plugin.text(*tags) for what, tags in _DRIVE_TAGS.items()}
-        if all(found.values()):
+        texts = {what: plugin.text(*tags) for what, tags in _DRIVE_TAGS.items()}
+        if all(texts.values()):
             try:
-                sizes = float(found["separation"]), float(found["diameter"])
+                sizes = float(texts["separation"]), float(texts["diameter"])
             except ValueError:
                 continue
-            return Wheels(found["left"], found["right"], *sizes)
+            return Wheels(texts["left"], texts["right"], *sizes)
     return None

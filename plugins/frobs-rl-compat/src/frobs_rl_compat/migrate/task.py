@@ -6,8 +6,8 @@ import re
 from pathlib import Path
 
 from frobs_rl_compat.migrate.comments import has_method, insert_in_method, todo
+from frobs_rl_compat.migrate.migration import Migration
 from frobs_rl_compat.migrate.package import OldPackage
-from frobs_rl_compat.migrate.report import Migration
 
 HOOKS = {
     "_get_observation": (

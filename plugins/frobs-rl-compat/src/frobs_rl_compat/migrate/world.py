@@ -183,9 +183,9 @@ def _spawned(package: OldPackage) -> Iterator[tuple[str, tuple[Path, complex]]]:
     files = {}
     constructor = package.lineage[0].methods["__init__"]
     for node in ast.walk(constructor):
-        if isinstance(node, ast.Assign) and (found := list(_calls(node, "urdf_parse_from_pkg"))):
-            name, file = (_text(argument) for argument in found[0].args[:2])
-            folder = next((_text(keyword.value) for keyword in found[0].keywords if keyword.arg == "folder"), "/urdf")
+        if isinstance(node, ast.Assign) and (calls := list(_calls(node, "urdf_parse_from_pkg"))):
+            name, file = (_text(argument) for argument in calls[0].args[:2])
+            folder = next((_text(keyword.value) for keyword in calls[0].keywords if keyword.arg == "folder"), "/urdf")
             paths = Packages({package.name: package.folder}, package.folder.absolute() / "package.xml")
             files[ast.unparse(node.targets[0])] = Path(paths.find(name)) / folder.strip("/") / file
     for call in _calls(constructor, "gazebo_spawn_sdf_string"):
@@ -197,9 +197,9 @@ def _spawned(package: OldPackage) -> Iterator[tuple[str, tuple[Path, complex]]]:
 
 
 def _calls(node: ast.AST, function: str) -> Iterator[ast.Call]:
-    found = [each for each in ast.walk(node) if isinstance(each, ast.Call)
+    calls = [each for each in ast.walk(node) if isinstance(each, ast.Call)
              and ast.unparse(each.func).rpartition(".")[2] == function]  # fmt: skip
-    return iter(sorted(found, key=lambda call: call.lineno))
+    return iter(sorted(calls, key=lambda call: call.lineno))
 
 
 def _position(call: ast.Call) -> tuple[float, float, float]:

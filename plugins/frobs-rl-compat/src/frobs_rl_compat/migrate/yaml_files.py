@@ -12,7 +12,7 @@ from frobs_core.util.errors import ConfigurationError, TargetExistsError
 from frobs_core.util.plain import plain, to_json
 from frobs_core.util.yaml import dump_yaml, load_yaml
 from frobs_rl_compat.migrate.errors import MigrationError
-from frobs_rl_compat.migrate.report import Migration
+from frobs_rl_compat.migrate.migration import Migration
 from frobs_rl_compat.training import ROOT, algorithms_in, translate
 
 LEGACY_IDS = {
@@ -86,20 +86,20 @@ def run_configuration(path: Path, mapping: Mapping[str, Any], environment: str |
     Raises:
         ConfigurationError: The file is invalid.
     """
-    found = algorithms_in(mapping)
-    if not found:
+    algorithms = algorithms_in(mapping)
+    if not algorithms:
         raise MigrationError(
             path, f"the key '{ROOT}' contains no algorithm's parameters; add a key such as ppo_params or td3_params."
         )
     begins_with_model = mapping[ROOT].get("load_model")
-    config, note = translate({**mapping, ROOT: {**mapping[ROOT], "load_model": False}}, found[0], path)
+    config, note = translate({**mapping, ROOT: {**mapping[ROOT], "load_model": False}}, algorithms[0], path)
     if begins_with_model:
         note = (
             f"load_model is not supported: the run starts with a new model instead of "
             f"{mapping[ROOT].get('model_name')}. {note}".strip()
         )
-    if len(found) > 1:
-        note = f"{note} Ignored parameters of other algorithms: {', '.join(found[1:])}.".strip()
+    if len(algorithms) > 1:
+        note = f"{note} Ignored parameters of other algorithms: {', '.join(algorithms[1:])}.".strip()
     head = f"# Converted from FRobs_RL's {path.name} by 'frobs migrate'. Observations are not normalized.\n"
     if environment is None:
         head += "# TODO: set the environment key, or pass the environment's ID: frobs train ID --config THIS_FILE.\n"

@@ -1,1 +1,1 @@
-"""Stand-in for ``moveit_commander`` and the ``move_group`` node, based on FRobs's motion planner."""
+"""Replacement for ``moveit_commander`` and the ``move_group`` node, based on FRobs's motion planner."""

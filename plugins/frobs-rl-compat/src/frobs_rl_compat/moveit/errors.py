@@ -1,4 +1,4 @@
-"""Errors of the stand-in for moveit_commander."""
+"""Errors of the replacement for moveit_commander."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ class MoveItCommanderException(FrobsError):  # noqa: N818 - the name is MoveIt's
 
 
 class NotOfferedError(MoveItCommanderException, AttributeError):
-    """A MoveIt function is not available in the stand-in.
+    """A MoveIt function is not available in the replacement.
 
     Args:
         owner: The class or module.
@@ -22,10 +22,10 @@ class NotOfferedError(MoveItCommanderException, AttributeError):
 
     def __init__(self, owner: str, name: str, available: Iterable[str]) -> None:
         self.owner, self.missing = owner, name
-        self.available = tuple(sorted(found for found in available if not found.startswith("_")))
+        self.available = tuple(sorted(one for one in available if not one.startswith("_")))
         suggestion = nearest(name, self.available)
         hint = f" The nearest name is '{suggestion}'." if suggestion else ""
         super().__init__(
-            f"FRobs's stand-in for moveit_commander does not implement {owner}.{name}.{hint} "
+            f"FRobs's replacement for moveit_commander does not implement {owner}.{name}.{hint} "
             "Install MoveIt to use the complete moveit_commander."
         )

@@ -176,10 +176,10 @@ def choose(names: Sequence[str], controllers: Any, owner: str) -> dict[str, list
         )
     chosen: dict[str, list[str]] = {}
     for name in names:
-        found = [entry for entry in controllers if isinstance(entry, Mapping) and name in entry.get("joints", ())]
-        usable = [entry for entry in found if entry.get("type") == "FollowJointTrajectory"]
+        entries = [entry for entry in controllers if isinstance(entry, Mapping) and name in entry.get("joints", ())]
+        usable = [entry for entry in entries if entry.get("type") == "FollowJointTrajectory"]
         if not usable:
-            others = f"; controllers of the type {found[0].get('type')} are not supported" if found else ""
+            others = f"; controllers of the type {entries[0].get('type')} are not supported" if entries else ""
             raise MoveItCommanderException(
                 f"no controller of the type FollowJointTrajectory in {owner}/controller_list moves the joint "
                 f"'{name}'{others}."

@@ -283,7 +283,7 @@ class MoveGroupCommander:
     def set_workspace(self, ws: Sequence[float]) -> None:
         """Validate a workspace, which is either an empty list or two corners given as 4 or 6 numbers.
 
-        As in MoveIt, a workspace limits only the motion of mobile bases, which this stand-in does not support.
+        As in MoveIt, a workspace limits only the motion of mobile bases, which this replacement does not support.
         """
         corners = [float(value) for value in ws]
         half = len(corners) // 2
@@ -432,7 +432,7 @@ class MoveGroupCommander:
                 f"the group '{self._group.name}' has no end-effector link, because its joints do not form a chain; "
                 "pass the name of a link."
             )
-        links = [found.name for found in self._description.model.links]
+        links = [each.name for each in self._description.model.links]
         if link not in links:
             raise MoveItCommanderException(
                 f"the robot has no link '{link}'; the available links are: {', '.join(links)}."

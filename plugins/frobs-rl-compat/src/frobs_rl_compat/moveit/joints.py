@@ -53,22 +53,22 @@ class JointStates:
         Raises:
             MoveItCommanderException: The position of at least one joint was not received in time.
         """
-        wanted, began = list(names), time.monotonic()
+        requested, began = list(names), time.monotonic()
         with self._changed:
             count = self._count
-            while not self._is_known(wanted) or self._count == count:
+            while not self._is_known(requested) or self._count == count:
                 waited = time.monotonic() - began
-                limit = _PAUSED if self._is_known(wanted) else wait
+                limit = _PAUSED if self._is_known(requested) else wait
                 if waited >= limit:
                     break
                 self._changed.wait(limit - waited)
-            missing = [name for name in wanted if name not in self._positions]
+            missing = [name for name in requested if name not in self._positions]
             if missing:
                 raise MoveItCommanderException(
                     f"the topic {self._topic} provided no position of {', '.join(missing)} within {wait:g} s; start "
                     "the joint_state_controller, and unpause the simulation."
                 )
-            return {name: self._positions[name] for name in wanted}
+            return {name: self._positions[name] for name in requested}
 
     def _is_known(self, names: Iterable[str]) -> bool:
         return all(name in self._positions for name in names)

@@ -1,4 +1,4 @@
-"""Stand-in for the ``move_group`` node that the launch files of MoveIt packages start.
+"""Replacement for the ``move_group`` node that the launch files of MoveIt packages start.
 
 This node stores the planning scene. Motions are planned and executed in the process that uses ``moveit_commander``.
 """
@@ -100,10 +100,10 @@ class MoveGroup:
     def _reconfigure(self, request: Any) -> Any:
         import rospy
 
-        found = settings.changed(rospy.get_param("~trajectory_execution", {}), request.config)
-        for name, value in found.items():
+        changed = settings.changed(rospy.get_param("~trajectory_execution", {}), request.config)
+        for name, value in changed.items():
             rospy.set_param(f"~trajectory_execution/{name}", value)
-        return settings.as_config(found)
+        return settings.as_config(changed)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -118,7 +118,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except FrobsError as error:
         LOG.error("%s", error)
         return 1
-    LOG.info("You can start planning now: this is FRobs's stand-in for move_group.")
+    LOG.info("You can start planning now: this is FRobs's replacement for move_group.")
     while not rospy.is_shutdown():
         node.status.publish(GoalStatusArray())
         rospy.rostime.wallsleep(_STATUS_PERIOD)

@@ -24,5 +24,5 @@ def group_parameters(namespace: str) -> dict[str, Any]:
     """Return the parameters of the ``move_group`` node."""
     import rospy
 
-    found = rospy.get_param(resolve(namespace, "move_group"), {})
-    return found if isinstance(found, dict) else {}
+    parameters = rospy.get_param(resolve(namespace, "move_group"), {})
+    return parameters if isinstance(parameters, dict) else {}

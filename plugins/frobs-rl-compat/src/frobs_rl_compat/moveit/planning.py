@@ -69,9 +69,9 @@ class GroupPlanner:
         others = {name: start[name] for name in names if name not in group}
         planner = self._made(others, link, scene, velocity_scaling, acceleration_scaling)
         if not isinstance(goal, ToolGoal):
-            wanted = {**start, **dict(zip(group, goal.tolist(), strict=True))}
+            goal_positions = {**start, **dict(zip(group, goal.tolist(), strict=True))}
             # Clipping also moves the held joints into their narrow limits.
-            goal = np.clip([wanted[name] for name in names], planner.lower, planner.upper)
+            goal = np.clip([goal_positions[name] for name in names], planner.lower, planner.upper)
         return planner.plan([start[name] for name in names], goal, max_seconds=max_seconds)
 
     def _made(

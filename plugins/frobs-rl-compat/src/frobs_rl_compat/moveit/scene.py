@@ -19,7 +19,7 @@ from frobs_rl_compat.moveit.errors import MoveItCommanderException
 
 def body(collision_object: Any) -> Body:
     """Convert a ``moveit_msgs/CollisionObject`` to a body at the message's pose, ignoring the message's frame."""
-    shapes = tuple(Shape(found.geometry, found.origin) for found in collisions(collision_object))
+    shapes = tuple(Shape(collision.geometry, collision.origin) for collision in collisions(collision_object))
     return Body(shapes=shapes, pose=pose_from_array(poses.from_message(collision_object.pose)))
 
 
@@ -37,14 +37,14 @@ def collisions(collision_object: Any) -> tuple[Collision, ...]:
     shapes = [(_primitive(name, primitive), primitive) for primitive in collision_object.primitives]
     places = [*collision_object.primitive_poses]
     origins = [poses.from_message(places[i]) if i < len(places) else poses.IDENTITY for i in range(len(shapes))]
-    found = [Collision(shape, pose_from_array(pose)) for (shape, _), pose in zip(shapes, origins, strict=True)]
+    pieces = [Collision(shape, pose_from_array(pose)) for (shape, _), pose in zip(shapes, origins, strict=True)]
     places = [*collision_object.mesh_poses]
     for i, mesh in enumerate(collision_object.meshes):
         pose = poses.from_message(places[i]) if i < len(places) else poses.IDENTITY
-        found.append(Collision(_mesh(name, mesh), pose_from_array(pose)))
-    if not found:
+        pieces.append(Collision(_mesh(name, mesh), pose_from_array(pose)))
+    if not pieces:
         raise MoveItCommanderException(f"the object '{name}' has no shapes.")
-    return tuple(found)
+    return tuple(pieces)
 
 
 def _primitive(name: str, primitive: Any) -> Geometry:

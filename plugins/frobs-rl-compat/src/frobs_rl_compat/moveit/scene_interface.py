@@ -19,7 +19,7 @@ class PlanningSceneInterface:
 
     Args:
         ns: Namespace of ``move_group``.
-        synchronous: Ignored, because calls to this stand-in are always synchronous.
+        synchronous: Ignored, because calls to this replacement are always synchronous.
         service_timeout: Maximum time to wait for ``move_group`` [s].
 
     Raises:
@@ -113,8 +113,8 @@ class PlanningSceneInterface:
 
     def get_objects(self, object_ids: Sequence[str] = ()) -> dict[str, Any]:
         """Return the given objects, or all objects by default, as ``moveit_msgs/CollisionObject`` messages by name."""
-        found = {item.id: item for item in current_scene(self._namespace).world.collision_objects}
-        return {name: item for name, item in found.items() if not object_ids or name in object_ids}
+        objects = {item.id: item for item in current_scene(self._namespace).world.collision_objects}
+        return {name: item for name, item in objects.items() if not object_ids or name in object_ids}
 
     def get_object_poses(self, object_ids: Sequence[str]) -> dict[str, Any]:
         """Return the poses of objects in the planning frame as ``geometry_msgs/Pose``, by name."""
@@ -122,8 +122,8 @@ class PlanningSceneInterface:
 
     def get_attached_objects(self, object_ids: Sequence[str] = ()) -> dict[str, Any]:
         """Return the given attached objects, or all by default, as ``moveit_msgs/AttachedCollisionObject`` by name."""
-        found = current_scene(self._namespace).robot_state.attached_collision_objects
-        return {item.object.id: item for item in found if not object_ids or item.object.id in object_ids}
+        objects = current_scene(self._namespace).robot_state.attached_collision_objects
+        return {item.object.id: item for item in objects if not object_ids or item.object.id in object_ids}
 
     def clear(self) -> None:
         """Remove all objects, including attached ones."""

@@ -39,8 +39,8 @@ def current_scene(namespace: str) -> Any:
     from moveit_msgs.msg import PlanningSceneComponents as Components
     from moveit_msgs.srv import GetPlanningScene
 
-    wanted = Components(components=Components.WORLD_OBJECT_GEOMETRY | Components.ROBOT_STATE_ATTACHED_OBJECTS)
-    return _call(resolve(namespace, GET), GetPlanningScene, wanted).scene
+    components = Components(components=Components.WORLD_OBJECT_GEOMETRY | Components.ROBOT_STATE_ATTACHED_OBJECTS)
+    return _call(resolve(namespace, GET), GetPlanningScene, components).scene
 
 
 def apply_scene(namespace: str, scene: Any) -> bool:

@@ -85,9 +85,9 @@ class World:
     def _attach_or_detach(self, item: Any) -> None:
         name = item.object.id
         if item.object.operation == item.object.REMOVE:
-            for found in [name] if name else list(self._attached):
-                if found in self._attached and item.link_name in ("", self._attached[found].link_name):
-                    self._detach(found)
+            for candidate in [name] if name else list(self._attached):
+                if candidate in self._attached and item.link_name in ("", self._attached[candidate].link_name):
+                    self._detach(candidate)
             return
         link = self._locate(item.link_name)
         shaped = item.object.primitives or item.object.meshes or item.object.planes

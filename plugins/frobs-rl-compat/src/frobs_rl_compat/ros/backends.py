@@ -19,7 +19,7 @@ from frobs_core.util.errors import (
     MissingSettingError,
     ParameterValueError,
 )
-from frobs_rl_compat.stand_ins import has_original
+from frobs_rl_compat.replacements import has_original
 from frobs_ros.errors import ProcessError
 from frobs_ros.ros import LOG
 from frobs_ros.ros.environment import child_variables

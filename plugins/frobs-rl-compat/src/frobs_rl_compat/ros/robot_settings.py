@@ -118,8 +118,8 @@ class RobotSettings:
 
     def robot(self) -> dict[str, Any]:
         """Return the arguments for spawn_model_in_gazebo."""
-        found = {theirs: getattr(self, ours) for ours, theirs in ROBOT.items()}
-        return found | {"controllers_list": list(self.controller_list or ())}
+        keywords = {theirs: getattr(self, ours) for ours, theirs in ROBOT.items()}
+        return keywords | {"controllers_list": list(self.controller_list or ())}
 
     @classmethod
     def names(cls) -> tuple[str, ...]:

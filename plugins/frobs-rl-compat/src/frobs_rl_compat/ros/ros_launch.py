@@ -61,8 +61,8 @@ def launch(file: Path, args: Sequence[str] | None, *, terminal: bool) -> bool:
     )
     until = time.monotonic() + START_TIMEOUT
     while process.is_running:
-        found = nodes.names() - before
-        if found and nodes.of(process.pids(), found):
+        new = nodes.names() - before
+        if new and nodes.of(process.pids(), new):
             return True
         if time.monotonic() > until:
             LOG.warning("%s is running, but none of its nodes started within %g s", file, START_TIMEOUT)

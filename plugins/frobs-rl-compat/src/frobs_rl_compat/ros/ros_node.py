@@ -82,15 +82,15 @@ def ros_kill_node(node_name: str) -> bool:
 @answers(False)
 def ros_kill_all_nodes() -> bool:
     """End all nodes that this process has started in child processes. Other nodes are not affected."""
-    found = nodes.ours() if master.is_online() else set()
-    for name in found:
+    names = nodes.ours() if master.is_online() else set()
+    for name in names:
         try:
             nodes.shut_down(name)
         except RosError as error:
             LOG.debug("%s", error)
     ended = processes.stop(processes.owned(["node", "state publisher"]))
-    if not processes.wait_for(lambda: not master.is_online() or not nodes.ours() & found, START_TIMEOUT):
-        raise RosError(f"the nodes {', '.join(sorted(nodes.ours() & found))} did not end on request.")
+    if not processes.wait_for(lambda: not master.is_online() or not nodes.ours() & names, START_TIMEOUT):
+        raise RosError(f"the nodes {', '.join(sorted(nodes.ours() & names))} did not end on request.")
     return ended
 
 
@@ -162,8 +162,8 @@ def start_node(
     replaces = {join(ns, name)} & before if name else set()  # a new node replaces an existing node of the same name
 
     def is_known() -> bool:
-        found = (nodes.names() - before) | replaces
-        return bool(found and nodes.of(process.pids(), found))
+        names = (nodes.names() - before) | replaces
+        return bool(names and nodes.of(process.pids(), names))
 
     process.wait_until(is_known, START_TIMEOUT)
     return process

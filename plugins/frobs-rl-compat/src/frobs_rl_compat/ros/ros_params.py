@@ -58,8 +58,8 @@ def _read(path: Path, ns: str) -> list[tuple[Any, str]]:
 
 def _leaves(parameters: dict[Any, Any], prefix: str = "") -> list[tuple[str, Any]]:
     """Return the full name and the value of each parameter in nested mappings."""
-    found: list[tuple[str, Any]] = []
+    leaves: list[tuple[str, Any]] = []
     for key, value in parameters.items():
         name = f"{prefix}{key}"
-        found += _leaves(value, f"{name}/") if isinstance(value, dict) and value else [(name, value)]
-    return found
+        leaves += _leaves(value, f"{name}/") if isinstance(value, dict) and value else [(name, value)]
+    return leaves

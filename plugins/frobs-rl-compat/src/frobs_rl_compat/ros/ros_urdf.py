@@ -83,13 +83,13 @@ def xacro_arguments(arguments: Sequence[str] | None) -> Mapping[str, str]:
     """
     if isinstance(arguments, str):
         raise ParameterValueError("xacro arguments", arguments, "a list of 'name:=value' strings, not a single string")
-    found = {}
+    values = {}
     for argument in arguments or ():
         name, assigned, value = str(argument).partition(":=")
         if not assigned or not name:
             raise ParameterValueError("xacro argument", argument, "of the form 'name:=value'")
-        found[name] = value
-    return found
+        values[name] = value
+    return values
 
 
 def _load(text: str, parameter: str, ns: str | None) -> bool:

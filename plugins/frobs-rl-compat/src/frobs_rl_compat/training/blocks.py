@@ -41,10 +41,10 @@ class Block(Strict):
 
     def attributes(self) -> dict[str, Any]:
         """Return the keyword arguments of the algorithm's class in stable-baselines3."""
-        found = self.model_dump()
-        if "train_freq" in found:
-            found["train_freq"] = (found["train_freq"]["freq"], found["train_freq"]["unit"])
-        return found
+        values = self.model_dump()
+        if "train_freq" in values:
+            values["train_freq"] = (values["train_freq"]["freq"], values["train_freq"]["unit"])
+        return values
 
 
 class OnPolicyBlock(Block):

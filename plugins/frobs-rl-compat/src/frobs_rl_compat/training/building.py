@@ -82,10 +82,10 @@ def imitated_model(settings: FileSettings, env: Env, path: Path, trust: bool) ->
 
 def exploration(settings: FileSettings, env: Env) -> dict[str, Any]:
     """Return the keyword arguments for exploration noise. State-dependent exploration replaces action noise."""
-    found = settings.sde()
+    keywords = settings.sde()
     if settings.algorithm in WITH_NOISE:
-        found["action_noise"] = _noise(settings, env) if settings.has_action_noise() else None
-    return found
+        keywords["action_noise"] = _noise(settings, env) if settings.has_action_noise() else None
+    return keywords
 
 
 def _noise(settings: FileSettings, env: Env) -> NormalActionNoise:

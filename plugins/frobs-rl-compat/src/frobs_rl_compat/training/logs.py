@@ -50,8 +50,8 @@ def log_folder(path: Path, on_existing: str) -> Path:
 
 def _make_next(path: Path) -> Path:
     """Create the first folder whose name is free, so that models created at the same time get different folders."""
-    found = re.fullmatch(r"(.+)_(\d+)", path.name)
-    stem, number = (found[1], int(found[2])) if found else (path.name, 0)
+    match = re.fullmatch(r"(.+)_(\d+)", path.name)
+    stem, number = (match[1], int(match[2])) if match else (path.name, 0)
     while True:
         try:
             path.mkdir(parents=True)
@@ -80,10 +80,10 @@ class ContinuedCSV(CSVOutputFormat):
 
     def __init__(self, path: Path) -> None:
         text = path.read_text("utf-8")
-        whole = text[: text.rfind("\n") + 1]
+        complete_lines = text[: text.rfind("\n") + 1]
         self.file = path.open("r+t", encoding="utf-8")
-        self.file.truncate(len(whole.encode()))
+        self.file.truncate(len(complete_lines.encode()))
         self.file.seek(0, 2)
-        self.keys = whole.splitlines()[0].split(",") if whole else []
+        self.keys = complete_lines.splitlines()[0].split(",") if complete_lines else []
         self.separator = ","
         self.quotechar = '"'

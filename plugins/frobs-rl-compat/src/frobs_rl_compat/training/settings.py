@@ -167,9 +167,9 @@ def read_settings(mapping: Mapping[str, Any], algorithm: str, path: Path | str =
         raise ConfigFileError(path, None, f"a mapping is required under the root key '{ROOT}'{instead}.")
     block_name = f"{algorithm}_params"
     if not isinstance(given.get(block_name), Mapping):
-        found = [f"{name}_params" for name in algorithms_in(mapping)]
-        similar = nearest(block_name, given) if not found else None
-        text = f"it has {', '.join(found)}" if found else f"'{similar}' may be a misspelling" if similar else "add it"
+        blocks = [f"{name}_params" for name in algorithms_in(mapping)]
+        similar = nearest(block_name, given) if not blocks else None
+        text = f"it has {', '.join(blocks)}" if blocks else f"'{similar}' may be a misspelling" if similar else "add it"
         raise ConfigFileError(path, None, f"has no mapping '{block_name}' under '{ROOT}'; {text}.")
     others = tuple(f"{name}_params" for name in algorithms_in(mapping) if name != algorithm)
     origins = given.origins if isinstance(given, ConfigMapping) else {}
@@ -192,9 +192,9 @@ def _defaults(algorithm: str) -> dict[str, Any]:
 
 def _unused(given: Mapping[str, Any], algorithm: str) -> list[str]:
     """Return the keys of a file that have no effect on the algorithm."""
-    found = []
+    unused = []
     if algorithm not in WITH_SDE:
-        found += [key for key in ("use_sde", "sde_params") if key in given]
+        unused += [key for key in ("use_sde", "sde_params") if key in given]
     if algorithm not in WITH_NOISE:
-        found += [key for key in ("use_action_noise", "action_noise") if key in given]
-    return found
+        unused += [key for key in ("use_action_noise", "action_noise") if key in given]
+    return unused

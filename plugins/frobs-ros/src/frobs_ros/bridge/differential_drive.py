@@ -88,8 +88,8 @@ class Driver:
             self._wanted = 0.0, 0.0
         limits = (base.max_linear, base.linear_acceleration), (base.max_angular, base.angular_acceleration)
         linear, angular = (
-            _towards(present, max(-most, min(most, wanted)), change * span)
-            for present, wanted, (most, change) in zip(self._present, self._wanted, limits, strict=True)
+            _towards(present, max(-most, min(most, requested)), change * span)
+            for present, requested, (most, change) in zip(self._present, self._wanted, limits, strict=True)
         )
         self._present = linear, angular
         targets = self._model.joint_targets.targets
@@ -144,8 +144,8 @@ class Driver:
         return float(angles[list(self._base.left)].mean()), float(angles[list(self._base.right)].mean())
 
 
-def _towards(present: float, wanted: float, most: float) -> float:
-    return present + max(-most, min(most, wanted - present))
+def _towards(present: float, requested: float, most: float) -> float:
+    return present + max(-most, min(most, requested - present))
 
 
 class Driving(Component):

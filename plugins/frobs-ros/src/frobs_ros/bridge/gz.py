@@ -47,8 +47,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         if options.pause is not None:
             _call("/gazebo/pause_physics" if options.pause else "/gazebo/unpause_physics", _EMPTY, b"")
-        for wanted, service in ((options.reset_all, "reset_simulation"), (options.reset_models, "reset_world")):
-            if wanted:
+        for requested, service in ((options.reset_all, "reset_simulation"), (options.reset_models, "reset_world")):
+            if requested:
                 _call(f"/gazebo/{service}", _EMPTY, b"")
         steps = options.multi_step or int(options.step)
         if steps:

@@ -116,7 +116,7 @@ def _components(bridge: Bridge, model: Model, robot: Robot, prefix: str) -> Sequ
 def _controllers(bridge: Bridge, model: Model, prefix: str, joints: list[str]) -> ControllerManager:
     import rospy
 
-    wanted: dict[str, dict[str, Any]] = {
+    controllers: dict[str, dict[str, Any]] = {
         STATES: {"type": "joint_state_controller/JointStateController", "publish_rate": 100},
         TRAJECTORY: {
             "type": "position_controllers/JointTrajectoryController",
@@ -126,7 +126,7 @@ def _controllers(bridge: Bridge, model: Model, prefix: str, joints: list[str]) -
         GROUP: {"type": "position_controllers/JointGroupPositionController", "joints": joints},
     }
     manager = add_manager(bridge, model, prefix)
-    for name, parameters in wanted.items():
+    for name, parameters in controllers.items():
         if name == STATES or joints:
             if not rospy.has_param(f"{prefix}/{name}/type"):
                 rospy.set_param(f"{prefix}/{name}", parameters)

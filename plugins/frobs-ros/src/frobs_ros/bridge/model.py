@@ -112,9 +112,9 @@ class Model:
 
     def placement(self) -> Placement:
         """Return the model's placement in a simulation at its spawn pose."""
-        found = self.description.placement
-        assert found is not None
-        return replace(found, pose=self.spawned.to_pose())
+        spawned_placement = self.description.placement
+        assert spawned_placement is not None
+        return replace(spawned_placement, pose=self.spawned.to_pose())
 
     def static_bodies(self) -> dict[str, Body]:
         """Return a static model's bodies at their current poses, keyed by names that are unique in the world."""
@@ -151,13 +151,13 @@ class Model:
         if self.robot is None:
             return REST
         linear, angular = self.robot.frame_velocity(link)
-        found = Motion(linear[0].copy(), angular[0].copy())
+        motion = Motion(linear[0].copy(), angular[0].copy())
         offset = self.description.offsets.get(link)
         if offset is None:
-            return found
+            return motion
         quat = self.robot.frame_pose(link)[1][0]
         arm = place_of(offset).after(Place(WORLD.pos, quat)).pos
-        return Motion(found.linear + np.cross(found.angular, arm), found.angular)
+        return Motion(motion.linear + np.cross(motion.angular, arm), motion.angular)
 
     def put(self, place: Place, motion: Motion) -> None:
         """Teleport the model. The caller must update the static bodies in the simulation."""

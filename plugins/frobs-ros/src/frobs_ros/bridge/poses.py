@@ -81,8 +81,8 @@ def read_pose(message: Any) -> Place:
 
 def read_state(state: Any, frame: Place, frame_motion: Motion) -> tuple[Place, Motion]:
     """Read a gazebo_msgs/ModelState or LinkState in ``frame`` and return its pose and velocity in the world frame."""
-    told = Motion(read_vector(state.twist.linear), read_vector(state.twist.angular)).turned(frame.quat_wxyz)
-    motion = Motion(told.linear + frame_motion.linear, told.angular + frame_motion.angular)
+    relative = Motion(read_vector(state.twist.linear), read_vector(state.twist.angular)).turned(frame.quat_wxyz)
+    motion = Motion(relative.linear + frame_motion.linear, relative.angular + frame_motion.angular)
     return read_pose(state.pose).after(frame), motion
 
 

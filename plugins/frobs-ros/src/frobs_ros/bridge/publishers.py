@@ -61,15 +61,15 @@ class States(Component):
             self._send(self._models, [(model.name, model.place(), model.motion()) for model in models])
         if self._links.get_num_connections():
             links = [(model, link) for model in world.models.values() for link in model.links]
-            told = [(f"{model.name}::{link}", model.link_place(link), model.link_motion(link)) for model, link in links]
-            self._send(self._links, told)
+            rows = [(f"{model.name}::{link}", model.link_place(link), model.link_motion(link)) for model, link in links]
+            self._send(self._links, rows)
 
     @staticmethod
-    def _send(publisher: Any, told: Iterable[tuple[str, Place, Motion]]) -> None:
+    def _send(publisher: Any, rows: Iterable[tuple[str, Place, Motion]]) -> None:
         from geometry_msgs.msg import Pose, Twist
 
         message = publisher.data_class()
-        for name, place, motion in told:
+        for name, place, motion in rows:
             message.name.append(name)
             message.pose.append(write_pose(place, Pose()))
             message.twist.append(write_twist(motion, Twist()))

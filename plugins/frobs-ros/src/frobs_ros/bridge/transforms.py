@@ -34,6 +34,6 @@ class Transforms(Component):
         robot = self._model.robot
         if robot is None or not self._moving.joints or not self._tf.get_num_connections():
             return
-        told = dict(zip(robot.joint_names, robot.joint_positions[0].tolist(), strict=True))
-        positions = self._moving.positions(told)
+        joint_positions = dict(zip(robot.joint_names, robot.joint_positions[0].tolist(), strict=True))
+        positions = self._moving.positions(joint_positions)
         self._tf.publish(to_message(self._moving, positions, stamp(world.time_ns)))

@@ -78,12 +78,12 @@ def gazebo_elements(model: RobotModel) -> tuple[Element, ...]:
 def read_friction(elements: tuple[Element, ...], model: RobotModel) -> Mapping[str, float]:
     """Return the friction coefficients that the file specifies, by link name, including links at fixed joints."""
     links = {link.name for link in model.links if link.collisions}
-    found = {}
+    friction = {}
     for element in elements:
         link, given = element.get("reference", ""), element.findtext("mu1") or element.findtext("mu")
         if link in links and given:
-            found[link] = min(float(given), 10.0)  # many Gazebo files use 100000 for very high friction
-    return found
+            friction[link] = min(float(given), 10.0)  # many Gazebo files use 100000 for very high friction
+    return friction
 
 
 @lru_cache(maxsize=32)  # repeated spawns reuse the result unless the search paths change
@@ -116,12 +116,12 @@ def _describe(text: str, paths: tuple[str, ...]) -> Description:
 
 
 def _modes(root: Element) -> dict[str, CommandMode]:
-    found = {}
+    modes = {}
     for transmission in root.findall("transmission"):
         for joint in transmission.findall("joint"):
             name = (joint.findtext("hardwareInterface") or "").strip().rpartition("/")[2]
-            found[joint.get("name", "")] = _INTERFACES.get(name, CommandMode.EFFORT)
-    return found
+            modes[joint.get("name", "")] = _INTERFACES.get(name, CommandMode.EFFORT)
+    return modes
 
 
 def _says(element: Element, tag: str) -> bool:

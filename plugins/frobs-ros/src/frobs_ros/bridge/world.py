@@ -233,12 +233,12 @@ class World:
         owner, scoped, inner = name.partition("::")
         inner = inner.rpartition("::")[2] if scoped else name
         owners = [owner] if scoped else list(names)
-        found = [model for model in owners if inner in names.get(model, ())]
-        if len(found) != 1:
+        matches = [model for model in owners if inner in names.get(model, ())]
+        if len(matches) != 1:
             raise UnknownNameError(
                 kind, name, [f"{model}::{each}" for model, all_of in names.items() for each in all_of]
             )
-        return self.models[found[0]], inner
+        return self.models[matches[0]], inner
 
     def _free_key(self, name: str) -> str:
         """Return a unique name for a model in the simulation, without special characters or reserved words."""

@@ -175,11 +175,11 @@ class RosRobot:
         import rosgraph
 
         try:  # ask the master directly, because rospy returns cached values
-            found = connect().getParam(self._namespace or "/")
+            params = connect().getParam(self._namespace or "/")
         except rosgraph.MasterError:
-            found = {}
+            params = {}
         names = [
-            n for n, value in found.items() if isinstance(value, Mapping) and "Controller" in str(value.get("type"))
+            n for n, value in params.items() if isinstance(value, Mapping) and "Controller" in str(value.get("type"))
         ]
         return ", ".join(sorted(names)) or "(none is loaded)"
 

@@ -40,12 +40,12 @@ def descendants(pid: int) -> list[int]:
                 continue  # the process has ended in the meantime
             if fields[0] != b"Z":
                 children.setdefault(int(fields[1]), []).append(int(entry))
-    found, todo = [], [pid]
+    pids, todo = [], [pid]
     while todo:
         below = sorted(children.get(todo.pop(0), ()))
-        found += below
+        pids += below
         todo += below
-    return found
+    return pids
 
 
 def _signal(pids: list[int], number: int) -> None:
@@ -107,15 +107,15 @@ def main(arguments: list[str]) -> int:
     owner = os.getppid()
     os.setsid()  # Ctrl-C in the owner's terminal is handled by the owner
     ctypes.CDLL(None, use_errno=True).prctl(_SET_CHILD_SUBREAPER, 1)
-    told, wake = os.pipe()
+    signal_pipe, wake = os.pipe()
     os.set_blocking(wake, False)
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGCHLD):
         signal.signal(number, lambda number, _: os.write(wake, b"c" if number == signal.SIGCHLD else b"!"))
     child = _start(arguments)
     while True:
-        ready, _, _ = select.select([0, told], [], [], _LOOK)
+        ready, _, _ = select.select([0, signal_pipe], [], [], _LOOK)
         # A fork of the owner may keep the pipe open, so also check whether the owner has ended.
-        if 0 in ready or os.getppid() != owner or (told in ready and b"!" in os.read(told, 4096)):
+        if 0 in ready or os.getppid() != owner or (signal_pipe in ready and b"!" in os.read(signal_pipe, 4096)):
             _end(child, grace, inside)
             return 0
         code = child.poll()

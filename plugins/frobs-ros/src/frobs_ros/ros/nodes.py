@@ -25,7 +25,7 @@ class _Timed(xmlrpc.client.Transport):
 def names() -> set[str]:
     """Return the names of all registered nodes."""
     publishers, subscribers, services = connect().getSystemState()
-    return {node for group in (publishers, subscribers, services) for _, found in group for node in found}
+    return {node for group in (publishers, subscribers, services) for _, members in group for node in members}
 
 
 def pid_of(name: str) -> int | None:

@@ -86,15 +86,15 @@ def links_to_modules(folders: Sequence[Path]) -> dict[str, Path]:
     Args:
         folders: Folders to search. If several folders contain a module, the first of these folders is used.
     """
-    found: dict[str, Path] = {}
+    links: dict[str, Path] = {}
     for folder in reversed(dict.fromkeys(filter(Path.is_dir, folders))):
         for name in (*_modules_of_ros(folder), *IMPORTED):
             spec = None if environment_has(name) else PathFinder.find_spec(name, [str(folder)])
             if spec is not None and spec.origin is not None:
                 origin = Path(spec.origin)
                 target = origin.parent if spec.submodule_search_locations else origin
-                found[target.name] = target
-    return found
+                links[target.name] = target
+    return links
 
 
 def links_to_messages() -> dict[str, Path]:

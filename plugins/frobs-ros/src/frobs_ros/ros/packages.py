@@ -23,10 +23,10 @@ def find_package(name: str) -> Path:
     sources = path_folders("ROS_PACKAGE_PATH")
     for root in sources:
         for folder in packages_below(root):
-            found = package_name(folder)
-            if found == name:
+            package = package_name(folder)
+            if package == name:
                 return folder
-            seen.setdefault(found, folder)
+            seen.setdefault(package, folder)
     shares = [prefix / "share" for prefix in path_folders("CMAKE_PREFIX_PATH")]
     installation = find_ros()
     shares += [installation.share] if installation else []

@@ -245,13 +245,13 @@ _folder: Path | None = None
 
 def owned(kinds: Iterable[str] = ()) -> list[Process]:
     """Return the running commands that this process started, oldest first, or only commands of the given kinds."""
-    wanted = set(kinds)
+    selected = set(kinds)
     with _lock:
-        found = list(_owned.values())
-    for process in found:
+        processes = list(_owned.values())
+    for process in processes:
         if not process.is_running:
             _owned.pop(process.pid, None)
-    return [p for p in found if p.is_running and p.owner == os.getpid() and (not wanted or p.kind in wanted)]
+    return [p for p in processes if p.is_running and p.owner == os.getpid() and (not selected or p.kind in selected)]
 
 
 def stop(processes: Iterable[Process]) -> bool:
@@ -267,12 +267,12 @@ def stop(processes: Iterable[Process]) -> bool:
 @contextlib.contextmanager
 def collected() -> Iterator[list[Process]]:
     """Collect the processes that are started in this context, and end them if an exception is raised."""
-    found: list[Process] = []
-    token = _collecting.set(found)
+    processes: list[Process] = []
+    token = _collecting.set(processes)
     try:
-        yield found
+        yield processes
     except BaseException:
-        stop(found)
+        stop(processes)
         raise
     finally:
         _collecting.reset(token)

@@ -106,8 +106,8 @@ def _connections() -> dict[str, Any]:
     uri = (master_uri(), os.getpid())  # a forked process must not use its parent's connections
     if getattr(_open, "uri", None) != uri:
         _open.uri, _open.connections = uri, {}
-    found: dict[str, Any] = _open.connections
-    return found
+    connections: dict[str, Any] = _open.connections
+    return connections
 
 
 def _connection(name: str, service: Any) -> Any:

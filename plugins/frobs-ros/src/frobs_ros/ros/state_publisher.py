@@ -63,20 +63,20 @@ class Frames:
         self._turns = np.array([float(joint.type is not JointType.PRISMATIC) for joint in self.joints])
         self._ways = quat_rotate(self._quat, self._axes) * (1.0 - self._turns)[:, None]  # (k, 3), in the parent's frame
 
-    def positions(self, told: Mapping[str, float]) -> Floats:
+    def positions(self, joint_positions: Mapping[str, float]) -> Floats:
         """Return the joint positions, (k,) [rad or m], with NaN for joints whose position is unknown.
 
         Args:
-            told: Known positions, by joint name. If the position of a mimic joint is unknown, the position is computed
+            joint_positions: Known positions, by joint name. If the position of a mimic joint is unknown, the position is computed
                 from the mimicked joint.
         """
-        found = np.full(len(self.joints), np.nan)
+        positions = np.full(len(self.joints), np.nan)
         for i, joint in enumerate(self.joints):
-            if joint.name in told:
-                found[i] = told[joint.name]
-            elif joint.mimic and joint.mimic.joint in told:
-                found[i] = joint.mimic.multiplier * told[joint.mimic.joint] + joint.mimic.offset
-        return found
+            if joint.name in joint_positions:
+                positions[i] = joint_positions[joint.name]
+            elif joint.mimic and joint.mimic.joint in joint_positions:
+                positions[i] = joint.mimic.multiplier * joint_positions[joint.mimic.joint] + joint.mimic.offset
+        return positions
 
     def poses(self, positions: Floats) -> tuple[Floats, Floats]:
         """Return the poses of the child links for joint positions, (k,) [rad or m].
@@ -224,10 +224,10 @@ def to_message(frames: Frames, positions: Floats, stamp: Any, prefix: str = "") 
             prefixed(prefix, joint.child),
             Transform(Vector3(x, y, z), Quaternion(i, j, k, w)),
         )
-        for joint, (x, y, z), (w, i, j, k), told in zip(
+        for joint, (x, y, z), (w, i, j, k), is_known in zip(
             frames.joints, pos.tolist(), quat.tolist(), known.tolist(), strict=True
         )
-        if told
+        if is_known
     ])  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from frobs_core.util.validation import finite, non_negative, positive
 from frobs_tasks_legacy.yaml import TaskFiles
 
 
-def whole(name: str, value: Any) -> int:
+def non_negative_integer(name: str, value: Any) -> int:
     """Validate and return a parameter that must be an integer ≥ 0.
 
     Raises:
@@ -26,7 +26,7 @@ FILES = TaskFiles(
     kind="world of FRobs_RL's Kobuki",
     roots={"maze": "kobuki_maze", "dynamic": "kobuki_dynamic", "empty": "kobuki_empty"},
     used={
-        "lidar_samples": whole,
+        "lidar_samples": non_negative_integer,
         "tolerance_goal_pos": positive,
         "step_reward": finite,
         "multiplier_dist_reward": finite,

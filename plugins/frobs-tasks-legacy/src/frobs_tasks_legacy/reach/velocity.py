@@ -43,11 +43,11 @@ class ReachLegacyVelocity(ReachLegacy):
     def reward(self, context: StepContext) -> Floats:
         """Return the reward of each environment, (num_envs,)."""
         super().reward(context)
-        told = self._reward_terms
+        terms = self._reward_terms
         self._reward_terms = {
-            "reached_goal": told["reached_goal"],
-            "distance": told["distance"],
-            "joint_limits": -told["joint_limits"],
+            "reached_goal": terms["reached_goal"],
+            "distance": terms["distance"],
+            "joint_limits": -terms["joint_limits"],
         }
         return sum(self._reward_terms.values(), np.zeros(self._robot.num_envs))
 

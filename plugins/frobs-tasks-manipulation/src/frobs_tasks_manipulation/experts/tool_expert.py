@@ -103,8 +103,8 @@ class ToolExpert(Expert, Generic[TaskT]):
         if max_delta is None:  # the action specifies the opening, or only its sign matters
             return 2.0 * opening - 1.0
         # A gripper that holds an object is commanded to close further, so that it keeps squeezing.
-        wanted = np.where(opening <= 0.0, -1.0, opening)
-        return np.asarray(np.clip((wanted - self.task.opening) / max_delta, -1.0, 1.0))
+        requested = np.where(opening <= 0.0, -1.0, opening)
+        return np.asarray(np.clip((requested - self.task.opening) / max_delta, -1.0, 1.0))
 
     # -- Methods that experts define --
 

@@ -93,19 +93,19 @@ def compare(
     with only_json(json):
         opened = [Run.open(path) for path in runs]
         evaluations = None if episodes is None else _evaluate(opened, episodes, chosen)
-        found = compare_runs(
+        result = compare_runs(
             opened, metric=None if metric is None else metric.value, threshold=threshold, evaluations=evaluations
         )
-        drawn = None if picture is None else plot_comparison(found, picture)
+        drawn = None if picture is None else plot_comparison(result, picture)
     if json:
-        print_json({**found.to_dict(), "picture": drawn})
+        print_json({**result.to_dict(), "picture": drawn})
         return
-    _print_groups(found)
-    _print_rest(found)
+    _print_groups(result)
+    _print_rest(result)
     if drawn is not None:
         print_line()
         print_line(str(drawn))
-    for note in found.notes:
+    for note in result.notes:
         print_note(note)
 
 

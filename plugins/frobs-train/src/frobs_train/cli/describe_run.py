@@ -28,7 +28,7 @@ def describe_run(path: Path) -> dict[str, Any]:
     run = Run.open(path)
     log = path / "progress.csv"
     columns = read_progress(log) if log.is_file() else {}
-    pictures = (found for ending in ("png", "mp4") for found in path.rglob(f"*.{ending}"))
+    pictures = (picture for ending in ("png", "mp4") for picture in path.rglob(f"*.{ending}"))
     return {
         "kind": "run",
         "name": str(run.path),
@@ -44,7 +44,7 @@ def describe_run(path: Path) -> dict[str, Any]:
         "checkpoints": [checkpoint.steps for checkpoint in run.checkpoints],
         "best": _best(run),
         "threads": _threads(path),
-        "files": sorted(str(found.relative_to(path)) for found in pictures),
+        "files": sorted(str(picture.relative_to(path)) for picture in pictures),
         "evaluations": run.evaluations(),
         "changes": list(run.changes),
         "config": run.config.model_dump(),
@@ -72,7 +72,7 @@ def readable_run(facts: Mapping[str, Any]) -> dict[str, Any]:
         for change in facts["changes"]
         for key, values in change["settings"].items()
     ]
-    shown["evaluations"] = [_evaluation(found) for found in facts["evaluations"]]
+    shown["evaluations"] = [_evaluation(evaluation) for evaluation in facts["evaluations"]]
     return shown
 
 

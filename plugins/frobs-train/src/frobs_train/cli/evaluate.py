@@ -105,7 +105,7 @@ def evaluate(
     with only_json(json):
         opened = open_run(run, name, model, algorithm, settings, trust)
         with working("evaluating") as show:
-            found = evaluate_run(
+            result = evaluate_run(
                 opened,
                 episodes,
                 simulator=simulator,
@@ -116,10 +116,10 @@ def evaluate(
                 on_progress=lambda done: show(f"evaluating: {done:,} of {episodes:,} episodes"),
             )
     if json:
-        print_json({"run" if model is None else "model": model or opened.path, **found.to_dict()})
+        print_json({"run" if model is None else "model": model or opened.path, **result.to_dict()})
     else:
         kind = "model file" if model else _KINDS.get(name or "", f"policy {name}" if name else "run")
-        print_facts({"name": str(model or (run if name else opened.path)), "kind": kind, **summary(found)})
+        print_facts({"name": str(model or (run if name else opened.path)), "kind": kind, **summary(result)})
 
 
 def summary(found: Evaluation) -> dict[str, object]:

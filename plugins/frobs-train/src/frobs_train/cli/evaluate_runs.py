@@ -30,11 +30,11 @@ def evaluate_and_report(jobs: Sequence[Job], runner: Runner, *, json: bool) -> N
 
     with only_json(json):
         outcomes = run_evaluations(jobs, runner)
-    found = {outcome.job.name: outcome.result for outcome in outcomes if outcome.error is None}
+    results = {outcome.job.name: outcome.result for outcome in outcomes if outcome.error is None}
     if json:
-        print_json(list(found.values()))
-    elif found:
-        rows = [_row(name, result) for name, result in found.items()]
+        print_json(list(results.values()))
+    elif results:
+        rows = [_row(name, result) for name, result in results.items()]
         print_table(["environment", "run", "success", "95 % interval", "reward", "episodes"], rows)
     raise_failures(outcomes)
 

@@ -48,27 +48,27 @@ def export(
     from frobs_train.export.export import export as export_run
 
     with only_json(json), working("exporting"):
-        found = export_run(Run.open(run), out, checkpoint=checkpoint, license=license)
-        latency = Policy(found.path).bench()
+        bundle = export_run(Run.open(run), out, checkpoint=checkpoint, license=license)
+        latency = Policy(bundle.path).bench()
     if json:
         print_json(
             {
-                "bundle": found.path,
-                "bytes": found.path.stat().st_size,
+                "bundle": bundle.path,
+                "bytes": bundle.path.stat().st_size,
                 "format": format,
-                "export": found,
+                "export": bundle,
                 "latency": latency,
             }
         )
         return
     print_facts(
         {
-            "name": str(found.path),
+            "name": str(bundle.path),
             "kind": "bundle",
-            "size": f"{found.path.stat().st_size / 1e3:,.0f} kB",
-            "trained": f"{found.steps:,} steps",
-            "difference": f"at most {found.max_difference:.1e} between the actions of the exported and the trained "
-            f"policy on {found.observations} observations",
+            "size": f"{bundle.path.stat().st_size / 1e3:,.0f} kB",
+            "trained": f"{bundle.steps:,} steps",
+            "difference": f"at most {bundle.max_difference:.1e} between the actions of the exported and the trained "
+            f"policy on {bundle.observations} observations",
             "latency": str(latency),
         }
     )

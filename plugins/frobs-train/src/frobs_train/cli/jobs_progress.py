@@ -98,7 +98,7 @@ class JobsProgress:
             self._bars.update(self._tasks[index], completed=done, numbers=_numbers(progress))
         elif time.monotonic() >= self._next_line:
             self._next_line = time.monotonic() + _LINE_EVERY
-            shown = "; ".join(f"{self._names[job]} {_line(found)}" for job, found in sorted(self._running.items()))
+            shown = "; ".join(f"{self._names[job]} {_line(latest)}" for job, latest in sorted(self._running.items()))
             self._print(f"{self._finished} of {len(self._names)} finished; {shown}")
 
     def finish(self, outcome: Outcome) -> None:

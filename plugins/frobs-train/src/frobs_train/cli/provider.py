@@ -25,18 +25,18 @@ class TrainProvider(Provider):
 
     def column(self, facts: Mapping[str, Any]) -> tuple[str, str]:
         """Return the column heading and the success rate of the pretrained policy."""
-        found = facts.get("pretrained")
-        if found is None:
+        policy = facts.get("pretrained")
+        if policy is None:
             return "pretrained", ""
-        rate = found.get("success_rate")
-        return "pretrained", "damaged" if "error" in found else "yes" if rate is None else percent(rate)
+        rate = policy.get("success_rate")
+        return "pretrained", "damaged" if "error" in policy else "yes" if rate is None else percent(rate)
 
     def readable_environment(self, facts: Mapping[str, Any]) -> dict[str, Any]:
         """Return the entry ``pretrained`` in human-readable form."""
-        found = facts.get("pretrained")
-        if not found or "error" in found:
+        policy = facts.get("pretrained")
+        if not policy or "error" in policy:
             return {}
-        return {"pretrained": _readable(str(facts["name"]), found)}
+        return {"pretrained": _readable(str(facts["name"]), policy)}
 
     def describes(self, name: str) -> bool:
         """Return whether a path is a run folder."""

@@ -176,13 +176,13 @@ def tune(
     chosen = open_runner(runner, ray_address, cpus, memory)
     with only_json(json):
         try:
-            found = _watched(search, chosen)
+            study = _watched(search, chosen)
         except KeyboardInterrupt:
             raise KeyboardInterrupt("run the same command again to continue the study") from None
     if json:
-        print_json(found.to_dict())
+        print_json(study.to_dict())
     else:
-        _print(found, env_id)
+        _print(study, env_id)
 
 
 def _watched(search: Search, runner: Runner) -> StudyResult:

@@ -76,10 +76,10 @@ class Comparison:
 
         The data of the learning curves is stored in each run's ``progress.csv``.
         """
-        found = asdict(self)
-        for group in found["groups"]:
+        content = asdict(self)
+        for group in content["groups"]:
             del group["curve"]
-        return found
+        return content
 
 
 def compare(
@@ -113,7 +113,7 @@ def compare(
         raise ParameterValueError("threshold", threshold, "finite")
     opened = list({run.path.resolve(): run for run in runs}.values())
     columns = {run.path: read_columns(run.path) for run in opened}
-    chosen_evaluations = {path.resolve(): found for path, found in (evaluations or {}).items()}
+    chosen_evaluations = {path.resolve(): evaluation for path, evaluation in (evaluations or {}).items()}
     blind = [run for run in opened if not has_success(run, columns[run.path])]
     if metric == "success" and blind:
         raise RunError(

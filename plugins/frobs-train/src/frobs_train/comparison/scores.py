@@ -52,7 +52,7 @@ class Curve:
 def has_success(run: Run, columns: Columns) -> bool:
     """Return whether the environment of a run reports success."""
     logged = bool(np.isfinite(columns.get("episode/success", np.array([]))).any())
-    return logged or any(found.get("success_rate") is not None for found in run.evaluations())
+    return logged or any(result.get("success_rate") is not None for result in run.evaluations())
 
 
 def score_run(
@@ -114,7 +114,7 @@ def _newest_evaluation(run: Run, columns: Columns, metric: str) -> tuple[int, fl
     Only deterministic evaluations with the training run's simulator and the nominal models are considered.
     """
     key = _KEYS[metric]
-    found = [
+    results = [
         (int(result["steps"]), int(result["episodes"]), float(result[key]))
         for result in run.evaluations()
         if result.get(key) is not None
@@ -123,10 +123,10 @@ def _newest_evaluation(run: Run, columns: Columns, metric: str) -> tuple[int, fl
         and result.get("deterministic", True)
     ]
     values = columns.get(f"evaluation/{metric}", np.array([]))
-    found += [(int(columns[STEPS][row]), 0, float(values[row])) for row in np.flatnonzero(np.isfinite(values))]
-    if not found:
+    results += [(int(columns[STEPS][row]), 0, float(values[row])) for row in np.flatnonzero(np.isfinite(values))]
+    if not results:
         return None
-    steps, _, value = max(found)
+    steps, _, value = max(results)
     return steps, value
 
 

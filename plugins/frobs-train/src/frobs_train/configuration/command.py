@@ -36,8 +36,8 @@ def training_command(config: RunConfig) -> str | None:
                 flags[name] = getattr(config, name)
                 words += [f"--{name.replace('_', '-')}", str(flags[name])]
         usual = resolve_config(config.environment, flags=flags)
-        found = differences(usual.model_dump(), config.model_dump())
-        settings = [write_setting(key, value) for key, _, value in found]
+        changes = differences(usual.model_dump(), config.model_dump())
+        settings = [write_setting(key, value) for key, _, value in changes]
         if resolve_config(config.environment, flags=flags, settings=settings) != config:
             return None
     except FrobsError:

@@ -45,12 +45,12 @@ def load_component(name: str, what: str) -> Any:
 
 def load_wrapper(component: ComponentConfig) -> type[Any]:
     """Import a wrapper class, and check that it is a Gymnasium wrapper."""
-    found = load_component(component.name, "wrapper")
-    if not (isinstance(found, type) and issubclass(found, (gym.Wrapper, gym.vector.VectorWrapper))):
+    wrapper = load_component(component.name, "wrapper")
+    if not (isinstance(wrapper, type) and issubclass(wrapper, (gym.Wrapper, gym.vector.VectorWrapper))):
         raise ComponentError(
             "wrapper", component.name, "is neither a gymnasium.Wrapper nor a gymnasium.vector.VectorWrapper."
         )
-    return found
+    return wrapper
 
 
 def check_components(components: Sequence[ComponentConfig], written: Any, what: str) -> None:
@@ -64,8 +64,8 @@ def check_components(components: Sequence[ComponentConfig], written: Any, what: 
     for index, component in enumerate(components):
         key = "name"
         try:
-            found = load_wrapper(component) if what == "wrapper" else load_component(component.name, what)
-            taken = _keywords(found, without_first=what == "wrapper")
+            item = load_wrapper(component) if what == "wrapper" else load_component(component.name, what)
+            taken = _keywords(item, without_first=what == "wrapper")
             for key in component.kwargs:
                 if taken is not None and key not in taken:
                     raise UnknownParameterError(f"{what} '{component.name}'", key, taken)

@@ -97,13 +97,13 @@ class EpisodeCounter:
 
     def add(self, finished: FinishedEpisodes) -> None:
         """Add the results of the episodes that ended at a step."""
-        wanted = self._left[finished.env_ids] > 0
-        self._left[finished.env_ids[wanted]] -= 1
-        self.rewards += finished.rewards[wanted].tolist()
-        self.lengths += finished.lengths[wanted].tolist()
+        counted = self._left[finished.env_ids] > 0
+        self._left[finished.env_ids[counted]] -= 1
+        self.rewards += finished.rewards[counted].tolist()
+        self.lengths += finished.lengths[counted].tolist()
         if finished.successes is not None:
-            self.successes += finished.successes[wanted].tolist()
-        self._ended.append(self._begun[finished.env_ids[wanted]])
+            self.successes += finished.successes[counted].tolist()
+        self._ended.append(self._begun[finished.env_ids[counted]])
         self._finished = finished
 
     def after_step(self) -> None:

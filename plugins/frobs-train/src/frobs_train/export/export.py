@@ -91,8 +91,8 @@ def compare(algorithm: Algorithm, policy: Policy, env: gym.vector.VectorEnv[Any,
     worst = 0.0
     for _ in range(_STEPS):
         expected, state = algorithm.predict(observation, state, start)
-        found = policy.act(observation)
-        worst = max(worst, difference(env.single_action_space, expected, found, policy.scores))
+        actual = policy.act(observation)
+        worst = max(worst, difference(env.single_action_space, expected, actual, policy.scores))
         if worst == math.inf:  # do not step the environment with non-finite actions
             break
         observation, _, terminated, truncated, _ = env.step(expected)
@@ -112,9 +112,9 @@ def difference(space: gym.Space[Any], expected: Any, found: Any, scores: Any) ->
         worst = float(np.max(np.abs(np.asarray(found, float) - np.asarray(expected, float)) / half, initial=0.0))
         return worst if math.isfinite(worst) else math.inf
     n = len(scores)
-    wanted, given = np.asarray(expected).reshape(n, -1).astype(int), np.asarray(found).reshape(n, -1).astype(int)
-    for row, column in np.argwhere(wanted != given).tolist():
-        two = _scores_of(space, scores[row], column, (wanted[row, column], given[row, column]))
+    choices, exported = np.asarray(expected).reshape(n, -1).astype(int), np.asarray(found).reshape(n, -1).astype(int)
+    for row, column in np.argwhere(choices != exported).tolist():
+        two = _scores_of(space, scores[row], column, (choices[row, column], exported[row, column]))
         if abs(two[0] - two[1]) > TOLERANCE * max(1.0, abs(two[0]), abs(two[1])):
             return 2.0
     return 0.0

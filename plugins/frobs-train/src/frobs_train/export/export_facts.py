@@ -100,7 +100,7 @@ def training_facts(run: Run, steps: int) -> dict[str, Any]:
             "config": config,
             "config_sha256": hashlib.sha256(to_json(config, sort_keys=True).encode()).hexdigest(),
             "versions": _read_versions(trained),
-            "evaluations": [plain(found) for found in run.evaluations() if found.get("steps") == steps],
+            "evaluations": [plain(evaluation) for evaluation in run.evaluations() if evaluation.get("steps") == steps],
         },
         "export": {"versions": versions(), "commit": _commit(run.path)},
     }

@@ -58,6 +58,6 @@ def claimed_evaluation(bundle: Bundle, simulator: str | None = None) -> Mapping[
     Only evaluations with the given simulator and the nominal models are considered. ``simulator`` defaults to the
     training run's simulator.
     """
-    found = (bundle.manifest.get("training") or {}).get("evaluations") or []
-    nominal = [row for row in found if row.get("simulator") == simulator and not row.get("randomize")]
+    evaluations = (bundle.manifest.get("training") or {}).get("evaluations") or []
+    nominal = [row for row in evaluations if row.get("simulator") == simulator and not row.get("randomize")]
     return max(nominal, key=lambda row: int(row.get("episodes") or 0), default=None)

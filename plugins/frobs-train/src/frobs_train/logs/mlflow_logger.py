@@ -38,8 +38,8 @@ class MlflowLogger(ServiceLogger):
         else:
             config, versions = facts_of(run)
             experiment = os.environ.get("MLFLOW_EXPERIMENT_NAME", "frobs")
-            found = self._client.get_experiment_by_name(experiment)
-            experiment_id = found.experiment_id if found else self._client.create_experiment(experiment)
+            existing = self._client.get_experiment_by_name(experiment)
+            experiment_id = existing.experiment_id if existing else self._client.create_experiment(experiment)
             self._id = self._client.create_run(experiment_id, run_name=run.path.name).info.run_id
             tags = [RunTag(f"versions.{key}", value) for key, value in _flat(versions)]
             params = [Param(key, value) for key, value in _flat(config)]

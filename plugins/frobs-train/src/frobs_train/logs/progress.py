@@ -169,15 +169,15 @@ def read_progress(path: Path) -> dict[str, list[float]]:
     rows = read_rows(path)
     columns = list(rows[0]) if rows else []
     try:
-        found = {name: [float(row[name] or "nan") for row in rows] for name in columns}
-        if rows and STEPS not in found:
+        values = {name: [float(row[name] or "nan") for row in rows] for name in columns}
+        if rows and STEPS not in values:
             raise ValueError(f"it has no column '{STEPS}'")
         for name in (STEPS, "time/elapsed"):
-            if not all(0 <= value < 2**63 for value in found.get(name, ())):
+            if not all(0 <= value < 2**63 for value in values.get(name, ())):
                 raise ValueError(f"a value of '{name}' is missing, negative or too large")
     except (TypeError, ValueError) as error:  # TypeError: a row has more cells than the header
         raise RunError(f"{path} is damaged: {error}. {_REMOVE}") from error
-    return found
+    return values
 
 
 def last_value(values: Sequence[float]) -> float | None:

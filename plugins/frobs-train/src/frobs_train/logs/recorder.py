@@ -142,12 +142,12 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
 
     def _wrappers(self) -> list[Any]:
         """Return the wrappers that support snapshots, among those between the recorder and the environment."""
-        found, env = [], self.env
+        wrappers, env = [], self.env
         while isinstance(env, gym.vector.VectorWrapper):
             if hasattr(type(env), "snapshot") and hasattr(type(env), "restore"):
-                found.append(env)
+                wrappers.append(env)
             env = env.env
-        return found
+        return wrappers
 
     def _add_terms(self, info: Mapping[str, Any], done: npt.NDArray[np.bool_] | None) -> None:
         # If an episode ended, its last terms are in final_info, because info already describes the next episode.

@@ -151,8 +151,8 @@ class ServiceLogger(TrainingCallback):
 def check_services(names: Sequence[str]) -> None:
     """Raise MissingDependencyError if the package of a service is not installed."""
     for name in names:
-        found = find_spec(name)
-        if found is None or found.origin is None:  # ignore a folder with the package's name, which W&B creates
+        spec = find_spec(name)
+        if spec is None or spec.origin is None:  # ignore a folder with the package's name, which W&B creates
             raise MissingDependencyError(f"--log {name}", [name], f"pip install 'frobs-train[{name}]'")
 
 

@@ -55,7 +55,7 @@ def plot_runs(runs: Sequence[Run], path: Path | str | None = None) -> Path:
         raise RunError("there is no run to plot; pass at least one run folder.")
     groups = _groups(curves)
     terms = _terms(curves[0]) if len(groups) == 1 else []
-    panels = [panel for panel, wanted in ((_success, _has(curves, "episode/success")), (_reward, True)) if wanted]
+    panels = [panel for panel, has_data in ((_success, _has(curves, "episode/success")), (_reward, True)) if has_data]
     figure = make_figure(5.2 * (len(panels) + bool(terms)), 4.2)
     axes = figure.subplots(1, len(panels) + bool(terms), squeeze=False)[0]
     for axis, draw in zip(axes, panels, strict=False):
@@ -151,11 +151,11 @@ def _at(steps: Floats, member: _Curves, name: str) -> Floats:
 
 def _mark_evaluation(axis: Any, member: _Curves, color: str, annotate: bool) -> None:
     """Mark the latest evaluation that reported success, with its confidence interval."""
-    found = [result for result in member.run.evaluations() if result.get("success_rate") is not None
+    results = [result for result in member.run.evaluations() if result.get("success_rate") is not None
              and result.get("success_interval") is not None]  # fmt: skip
-    if not found:
+    if not results:
         return
-    latest = max(found, key=lambda result: (result["steps"], result["episodes"]))
+    latest = max(results, key=lambda result: (result["steps"], result["episodes"]))
     rate, interval = 100.0 * latest["success_rate"], latest["success_interval"]
     error = [[rate - 100.0 * interval[0]], [100.0 * interval[1] - rate]]
     axis.errorbar(

@@ -158,12 +158,12 @@ def load_runner(name: str, options: RunnerOptions | None = None) -> Runner:
         from frobs_train.runners.local import LocalRunner
 
         return LocalRunner(options)
-    found = [entry for entry in entry_points(group=GROUP) if entry.name == name]
-    if not found:
+    entries = [entry for entry in entry_points(group=GROUP) if entry.name == name]
+    if not entries:
         hint = "pip install frobs-ray" if name == "ray" else ""
         raise UnknownNameError("runner", name, runner_names(), hint)
     try:
-        cls = found[0].load()
+        cls = entries[0].load()
     except ImportError as error:
         raise ConfigurationError(
             f"the runner '{name}' cannot be imported: {error}; install the missing package."

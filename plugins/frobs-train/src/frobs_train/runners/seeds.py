@@ -9,7 +9,7 @@ from frobs_core.util.errors import RunError
 from frobs_train.configuration.config import RunConfig, algorithm_record, resolve_algorithm_config
 from frobs_train.runners.jobs import training_job
 from frobs_train.runners.runner import Outcome, Runner
-from frobs_train.runs.existing import check_existing
+from frobs_train.runs.existing_folder import check_existing
 from frobs_train.runs.run import Run, default_run_dir
 from frobs_train.training.monitor import Progress
 from frobs_train.training.session import check_environment

@@ -44,8 +44,8 @@ def list_checkpoints(folder: Path) -> list[Checkpoint]:
     if not folder.is_dir():
         return []
     named = ((path, _NAME.match(path.name)) for path in folder.iterdir())
-    found = [Checkpoint(path, int(match[1])) for path, match in named if match and (path / checksums.NAME).is_file()]
-    return sorted(found, key=lambda checkpoint: checkpoint.steps)
+    saved = [Checkpoint(path, int(match[1])) for path, match in named if match and (path / checksums.NAME).is_file()]
+    return sorted(saved, key=lambda checkpoint: checkpoint.steps)
 
 
 def newest_checkpoint(folder: Path) -> tuple[Checkpoint, list[str]]:

@@ -47,10 +47,10 @@ def verify(folder: Path) -> None:
         try:
             if name.endswith(".json"):
                 check_regular(folder / name, BUDGETS["run folder"]["bytes of a JSON file"])
-            found = _checksum(folder / name)
+            actual = _checksum(folder / name)
         except OSError as error:
             raise CheckpointError(f"checkpoint {folder}: {name} cannot be read: {error.strerror}.") from error
-        if found != expected:
+        if actual != expected:
             raise CheckpointError(f"checkpoint {folder}: {name} is damaged (its checksum differs).")
 
 

@@ -42,11 +42,11 @@ def list_evaluations(run: Path) -> list[Path]:
     Raises:
         RunError: There are more files than the limit.
     """
-    found = sorted((run / "evaluations").glob("*.json"))
+    files = sorted((run / "evaluations").glob("*.json"))
     limit = BUDGETS["run folder"]["evaluations"]
-    if len(found) > limit:
-        raise RunError(f"{run / 'evaluations'} contains {len(found):,} files; the limit is {limit:,}.")
-    return found
+    if len(files) > limit:
+        raise RunError(f"{run / 'evaluations'} contains {len(files):,} files; the limit is {limit:,}.")
+    return files
 
 
 def read_evaluation(path: Path) -> dict[str, Any]:
@@ -56,12 +56,12 @@ def read_evaluation(path: Path) -> dict[str, Any]:
         RunError: The file is damaged.
     """
     try:
-        found = read_json(path)
-        _EvaluationFile.model_validate(found)
+        content = read_json(path)
+        _EvaluationFile.model_validate(content)
     except OSError as error:
         raise RunError(f"{path} cannot be read: {error.strerror}.") from error
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
         where = ".".join(map(str, first["loc"]))
         raise RunError(f"{path} is damaged: {f'{where}: ' if where else ''}{first['msg']}.") from error
-    return found
+    return content

@@ -102,22 +102,22 @@ def read_history(folder: Path) -> tuple[RunConfig | None, tuple[Mapping[str, Any
     """
     path = folder / FILE
     try:
-        found = validate(_History, read_numbers(read_json(path)), str(path))
+        history = validate(_History, read_numbers(read_json(path)), str(path))
     except FileNotFoundError:
         return None, ()
     except (OSError, ConfigurationError) as error:
         reason = (isinstance(error, OSError) and error.strerror) or error
         raise RunError(f"{path} cannot be read: {reason}; remove this file to use config.yaml instead.") from error
-    return found.config, tuple(change.model_dump(by_alias=True) for change in found.changes)
+    return history.config, tuple(change.model_dump(by_alias=True) for change in history.changes)
 
 
 def describe_change(before: RunConfig, after: RunConfig, steps: int) -> dict[str, Any]:
     """Return a record of the changed settings and of the environment steps completed before the change."""
-    found = differences(before.model_dump(), after.model_dump())
+    changes = differences(before.model_dump(), after.model_dump())
     return {
         "steps": steps,
         "time": datetime.now(UTC).isoformat(timespec="seconds"),
         "settings": {
-            key: {"from": plain(old, for_yaml=True), "to": plain(new, for_yaml=True)} for key, old, new in found
+            key: {"from": plain(old, for_yaml=True), "to": plain(new, for_yaml=True)} for key, old, new in changes
         },
     }

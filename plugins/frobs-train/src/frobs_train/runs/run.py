@@ -175,13 +175,13 @@ class Run:
         """
         if which == "newest":
             return self.newest_checkpoint()
-        found = {str(item.steps): item for item in self.checkpoints}
+        by_name = {str(item.steps): item for item in self.checkpoints}
         best = self.path / "checkpoints" / "best"
         if (best / "checksums.json").is_file():
-            found["best"] = Checkpoint(best, read_best(best)[0])
-        chosen = found.get(str(which))
+            by_name["best"] = Checkpoint(best, read_best(best)[0])
+        chosen = by_name.get(str(which))
         if chosen is None:
-            raise CheckpointError(f"{self.path} has no checkpoint '{which}'. Available: newest, {', '.join(found)}.")
+            raise CheckpointError(f"{self.path} has no checkpoint '{which}'. Available: newest, {', '.join(by_name)}.")
         chosen.verify()
         return chosen, []
 
@@ -212,15 +212,15 @@ class Run:
         Raises:
             RunError: There are more files than the limit.
         """
-        found = []
+        results = []
         for path in list_evaluations(self.path):
             try:
-                found.append(read_evaluation(path))
+                results.append(read_evaluation(path))
             except RunError as error:
                 if path not in self._damaged:
                     _log.warning("%s This evaluation is ignored; remove the file.", error)
                 self._damaged.add(path)
-        return found
+        return results
 
     def output(self, *names: str) -> Path:
         """Return the path of a file to write in the run folder.
@@ -260,10 +260,10 @@ def _is_replaceable(path: Path) -> bool:
 
 def _identity(path: Path) -> tuple[int, int] | None:
     try:
-        found = path.stat()
+        status = path.stat()
     except FileNotFoundError:
         return None
-    return found.st_dev, found.st_ino
+    return status.st_dev, status.st_ino
 
 
 def _rename(aside: Path, target: Path) -> bool:

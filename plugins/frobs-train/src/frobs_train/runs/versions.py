@@ -46,8 +46,8 @@ def changed_versions(path: Path) -> list[str]:
         if name:
             pairs = {name: (then.get(name), now[name])}
         else:
-            found, after = then.get(group), cast("dict[str, str]", now[group])
-            before = found if isinstance(found, dict) else {}
+            previous, after = then.get(group), cast("dict[str, str]", now[group])
+            before = previous if isinstance(previous, dict) else {}
             pairs = {key: (before[key], after.get(key)) for key in before}
         lines += [
             f"{key} was {was}, and is now {here or 'missing'}" for key, (was, here) in pairs.items() if was != here

@@ -51,11 +51,11 @@ def _level(config: RunConfig) -> Level:
 
 
 def _wrappers(env: gym.vector.VectorEnv[Any, Any, Any]) -> list[gym.vector.VectorEnv[Any, Any, Any]]:
-    found: list[gym.vector.VectorEnv[Any, Any, Any]] = []
+    wrappers: list[gym.vector.VectorEnv[Any, Any, Any]] = []
     while isinstance(env, gym.vector.VectorWrapper):
-        found.append(env)
+        wrappers.append(env)
         env = env.env
-    return found
+    return wrappers
 
 
 def _tells(wrapper: object) -> bool:

@@ -58,7 +58,7 @@ class TrainingEvaluation:
             self._env = make_vector_env(config.environment, count, config.keywords(randomize=False), config.wrappers)
         seed = self._run.seeds.validation
         try:
-            found = play_episodes(
+            episodes = play_episodes(
                 self._env,
                 AlgorithmPolicy(self._algorithm),
                 config.evaluation_episodes,
@@ -69,23 +69,23 @@ class TrainingEvaluation:
         except _InterruptedError:
             _log.warning("The evaluation after %s steps was interrupted, so the log does not contain it.", f"{steps:,}")
             return {}
-        self._success = float(np.mean(found.successes)) if found.successes else None
-        reward = float(np.mean(found.rewards))
+        self._success = float(np.mean(episodes.successes)) if episodes.successes else None
+        reward = float(np.mean(episodes.rewards))
         self.latest = reward if self._success is None else self._success
         rank = (0.0 if self._success is None else self._success, reward)
         if self._best is None or rank > self._best:
             self._keep(steps, rank)
             self._best = rank
         row = {} if self._success is None else {"evaluation/success": self._success}
-        return {**row, "evaluation/reward": reward, "evaluation/length": float(np.mean(found.lengths))}
+        return {**row, "evaluation/reward": reward, "evaluation/length": float(np.mean(episodes.lengths))}
 
     def why_stop(self) -> str | None:
         """Return why training should end, or None if training should continue."""
-        wanted = self._run.config.stop_at_success
-        if wanted is None or self._success is None or self._success < wanted:
+        target = self._run.config.stop_at_success
+        if target is None or self._success is None or self._success < target:
             return None
         return (
-            f"an evaluation measured {100 * self._success:.1f} % success, and stop_at_success is {100 * wanted:.1f} %"
+            f"an evaluation measured {100 * self._success:.1f} % success, and stop_at_success is {100 * target:.1f} %"
         )
 
     def close(self) -> None:

@@ -54,8 +54,8 @@ def processors_limited_to(count: int) -> Iterator[None]:
 
 def usable_processors() -> int:
     """Return the number of processors that this process may use, as limited by CPU affinity and the runner."""
-    found = _affinity()
-    return found if _most is None else min(found, _most)
+    usable = _affinity()
+    return usable if _most is None else min(usable, _most)
 
 
 def _affinity() -> int:

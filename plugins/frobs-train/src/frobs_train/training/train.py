@@ -8,7 +8,7 @@ from pathlib import Path
 from frobs_train.configuration.config import RunConfig, algorithm_record, resolve_algorithm_config
 from frobs_train.errors import RunExistsError
 from frobs_train.logs.services import make_loggers
-from frobs_train.runs.existing import check_existing, resume_existing
+from frobs_train.runs.existing_folder import check_existing, resume_existing
 from frobs_train.runs.run import Run, default_run_dir
 from frobs_train.training.callbacks import build_callbacks
 from frobs_train.training.monitor import Progress

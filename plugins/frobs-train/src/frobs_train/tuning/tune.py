@@ -281,8 +281,8 @@ def run_trial(
 
 
 def _metric(search: Search, success: float | None, reward: float | None) -> float | None:
-    wanted = search.metric or ("success" if success is not None else "reward")
-    return success if wanted == "success" else reward
+    metric = search.metric or ("success" if success is not None else "reward")
+    return success if metric == "success" else reward
 
 
 def _final(search: Search, found: Evaluation) -> float:

@@ -7,11 +7,11 @@ from typing import Any
 
 from frobs_core import plugins
 from frobs_core.plugins.records import AlgorithmRecord
-from frobs_devkit.testing.algorithm import aiming, continuing, learning, saving, values
-from frobs_devkit.testing.algorithm.subject import ENVIRONMENTS, AlgorithmUnderTest
+from frobs_devkit.testing.algorithm import baseline_task, discount, learning, resuming, saving
+from frobs_devkit.testing.algorithm.under_test import ENVIRONMENTS, AlgorithmUnderTest
 from frobs_devkit.testing.checks import Check, NotApplicable, checks_of, collect, only
 
-CHECKS = checks_of(learning, aiming, values, saving, continuing)
+CHECKS = checks_of(learning, baseline_task, discount, saving, resuming)
 """All algorithm checks, in the order in which they run."""
 
 

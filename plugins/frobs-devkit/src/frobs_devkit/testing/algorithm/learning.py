@@ -14,7 +14,7 @@ import numpy as np
 from frobs_core.contracts import Algorithm
 from frobs_core.util.errors import FrobsError, UnknownParameterError
 from frobs_core.util.plain import is_plain
-from frobs_devkit.testing.algorithm.subject import DISCOUNT, AlgorithmUnderTest, Monitor
+from frobs_devkit.testing.algorithm.under_test import DISCOUNT, AlgorithmUnderTest, Monitor
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect, expect_raises
 from frobs_devkit.testing.compare import difference, expect_same
 
@@ -50,9 +50,9 @@ class _Curious(Monitor):
 def spaces_are_kept(subject: AlgorithmUnderTest) -> None:
     """The algorithm's spaces equal the spaces of a single environment, not the batched spaces."""
     with closing(subject.make_env()) as env:
-        for name, wanted in (("observation", env.single_observation_space), ("action", env.single_action_space)):
-            found = getattr(subject.untrained, f"{name}_space")
-            expect(found == wanted, f"{name}_space is {found}, not {wanted}.")
+        for name, expected in (("observation", env.single_observation_space), ("action", env.single_action_space)):
+            actual = getattr(subject.untrained, f"{name}_space")
+            expect(actual == expected, f"{name}_space is {actual}, not {expected}.")
 
 
 def learns(subject: AlgorithmUnderTest) -> None:

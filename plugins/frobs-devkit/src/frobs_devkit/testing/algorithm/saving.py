@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from frobs_core.util.errors import CheckpointError, UntrustedFileError
-from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest
+from frobs_devkit.testing.algorithm.under_test import AlgorithmUnderTest
 from frobs_devkit.testing.checks import expect, expect_raises
 from frobs_devkit.testing.compare import expect_same
 
@@ -98,15 +98,15 @@ def _what_a_pickle_builds(content: bytes) -> set[str]:
     """Return the names that a pickle imports from unsafe modules, or an empty set if the content is not a pickle."""
     if content[:1] != pickle.PROTO:
         return set()
-    found, strings = set(), []
+    names, strings = set(), []
     try:
         for opcode, argument, _ in pickletools.genops(content):
             if opcode.name in ("SHORT_BINUNICODE", "BINUNICODE", "UNICODE"):
                 strings.append(str(argument))
             elif opcode.name == "GLOBAL":
-                found.add(str(argument).replace(" ", "."))
+                names.add(str(argument).replace(" ", "."))
             elif opcode.name == "STACK_GLOBAL":
-                found.add(".".join(strings[-2:]))
+                names.add(".".join(strings[-2:]))
     except ValueError:
         return set()
-    return {name for name in found if name.split(".")[0] not in _SAFE_MODULES}
+    return {name for name in names if name.split(".")[0] not in _SAFE_MODULES}

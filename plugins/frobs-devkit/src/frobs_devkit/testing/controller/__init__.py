@@ -9,7 +9,7 @@ from frobs_core.description import Robot
 from frobs_core.plugins.records import ControllerRecord, SimulatorRecord
 from frobs_devkit.testing.checks import Check, checks_of, collect
 from frobs_devkit.testing.controller import contract, motion, rest, timing
-from frobs_devkit.testing.controller.subject import ControllerUnderTest
+from frobs_devkit.testing.controller.under_test import ControllerUnderTest
 
 CHECKS = checks_of(contract, motion, timing, rest)
 """All controller checks, in the order in which they run."""

@@ -15,7 +15,7 @@ from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.testing.checks import NotApplicable, expect, expect_keyword_only
 from frobs_devkit.testing.compare import expect_close, expect_rows, expect_same
-from frobs_devkit.testing.controller.subject import NUM_ENVS, Bound, ControllerUnderTest
+from frobs_devkit.testing.controller.under_test import NUM_ENVS, Bound, ControllerUnderTest
 
 
 def keywords_are_keyword_only(subject: ControllerUnderTest) -> None:
@@ -125,14 +125,14 @@ def info_has_its_shape(subject: ControllerUnderTest) -> None:
         known: set[str] | None = None
         for action in bound.actions(subject.count(5), seed=13):
             bound.step(action)
-            told = bound.controller.info()
+            info = bound.controller.info()
             expect(
-                known in (None, set(told)),
-                f"info() returned the keys {sorted(told)}, but {sorted(known or ())} at an earlier step; the keys "
+                known in (None, set(info)),
+                f"info() returned the keys {sorted(info)}, but {sorted(known or ())} at an earlier step; the keys "
                 "must not change.",
             )
-            known = set(told)
-            for name, values in told.items():
+            known = set(info)
+            for name, values in info.items():
                 right = isinstance(values, np.ndarray) and values.shape == (NUM_ENVS,) and values.dtype.kind in "fiub"
                 expect(right, f"info()['{name}'] is not an array of numbers of shape ({NUM_ENVS},): {values!r}.")
                 expect(bool(np.isfinite(values).all()), f"info()['{name}'] is not finite: {values}.")
@@ -169,9 +169,9 @@ def action_changes_are_followed(subject: ControllerUnderTest) -> None:
         moved = (after - before).reshape(NUM_ENVS, -1, robot.dof)[:, -1]
         allowed = robot.velocity_limit * subject.control_timestep
         limited = np.isfinite(change) & np.isfinite(allowed[0])
-        wanted = np.where(limited, share * allowed, np.abs(moved))
+        expected = np.where(limited, share * allowed, np.abs(moved))
         expect_close(
-            wanted,
+            expected,
             np.abs(moved),
             1e-3 * float(allowed[:, limited].max(initial=1e-9)),
             "change of the command when the action changes by a fraction of max_action_change, compared with the "
@@ -228,9 +228,9 @@ def reset_honours_the_mask(subject: ControllerUnderTest) -> None:
                 one.step(action)
         bound.begin(mask)
         for action in bound.actions(subject.count(5), seed=5):
-            found, kept, anew = bound.step(action), other.step(action), fresh.step(action)
-            expect_same(kept[1:], found[1:], "commands of environments that were not reset")
-            expect_same(anew[0], found[0], "commands of the reset environment, compared with a new controller")
+            partly_reset, kept, anew = bound.step(action), other.step(action), fresh.step(action)
+            expect_same(kept[1:], partly_reset[1:], "commands of environments that were not reset")
+            expect_same(anew[0], partly_reset[0], "commands of the reset environment, compared with a new controller")
 
 
 def rows_equal_singles(subject: ControllerUnderTest) -> None:

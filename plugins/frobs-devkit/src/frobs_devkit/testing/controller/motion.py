@@ -11,7 +11,7 @@ import numpy as np
 from frobs_core.contracts import CommandMode
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import difference, expect_close
-from frobs_devkit.testing.controller.subject import EARTH, NUM_ENVS, Bound, ControllerUnderTest, has_zero
+from frobs_devkit.testing.controller.under_test import EARTH, NUM_ENVS, Bound, ControllerUnderTest, has_zero
 
 
 def actions_matter(subject: ControllerUnderTest) -> None:

@@ -18,8 +18,8 @@ from frobs_core.models import Pose, RobotModel
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ConfigurationError, FrobsError
 from frobs_devkit.testing.checks import NotApplicable, after, expect
-from frobs_devkit.testing.controller.subject import EARTH, ControllerUnderTest, has_zero
-from frobs_devkit.testing.simulator.subject import WEIGHTLESS
+from frobs_devkit.testing.controller.under_test import EARTH, ControllerUnderTest, has_zero
+from frobs_devkit.testing.simulator.under_test import WEIGHTLESS
 
 _SECONDS = 2.0
 _AT_REST = 0.05  # [rad/s or m/s]

@@ -14,7 +14,7 @@ from frobs_core.util.errors import ConfigurationError, FrobsError, UnknownNameEr
 from frobs_core.util.keywords import constructor_parameters
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close
-from frobs_devkit.testing.controller.subject import EARTH, NUM_ENVS, Bound, ControllerUnderTest, has_zero
+from frobs_devkit.testing.controller.under_test import EARTH, NUM_ENVS, Bound, ControllerUnderTest, has_zero
 
 _APART = 0.05  # [rad or m] distance of the joints from where a controller expects them
 _SHARE = 0.3  # tolerated difference between two divisions of the same time into steps
@@ -68,20 +68,20 @@ def commands_depend_on_time(subject: ControllerUnderTest) -> None:
     The joints are held apart from their targets, so that an integral changes the commands.
     """
     time, physics = subject.control_timestep, subject.physics_timestep
-    whole, least = _changes(subject, {}), 0.1 * _APART
+    changes, least = _changes(subject, {}), 0.1 * _APART
     halved: dict[str, dict[str, float]] = {"physics timestep": {"physics_timestep": 0.5 * physics}}
     if subject.decimation % 2 == 0:
         halved["control timestep"] = {"timestep": 0.5 * time}
     for what, steps in halved.items():
-        found = _changes(subject, steps)
-        largest = float(max(np.abs(whole).max(), np.abs(found).max()))
+        half_step_changes = _changes(subject, steps)
+        largest = float(max(np.abs(changes).max(), np.abs(half_step_changes).max()))
         if largest < least:
             continue  # corrections in each step, not an integral over time
         expect_close(
-            whole,
-            found,
+            changes,
+            half_step_changes,
             _SHARE * largest,
-            f"change of a command during {len(whole)} control steps, compared with the same time at half the {what} "
+            f"change of a command during {len(changes)} control steps, compared with the same time at half the {what} "
             "(multiply rates by the time between two calls)",
         )
 

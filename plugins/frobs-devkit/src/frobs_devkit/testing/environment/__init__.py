@@ -11,21 +11,23 @@ from frobs_core.util.errors import CapabilityError
 from frobs_devkit.testing.checks import Check, Inconclusive, NotApplicable, checks_of, collect, only
 from frobs_devkit.testing.environment import (
     api,
-    data,
-    honesty,
-    life,
-    parts,
-    pictures,
+    columns,
+    lifecycle,
+    outputs,
     randomization,
+    rendering,
     rewards,
     seeding,
     state,
+    step_results,
     success,
     vector,
 )
-from frobs_devkit.testing.environment.subject import EnvUnderTest
+from frobs_devkit.testing.environment.under_test import EnvUnderTest
 
-CHECKS = checks_of(data, seeding, api, life, honesty, parts, rewards, state, success, vector, randomization, pictures)
+CHECKS = checks_of(
+    outputs, seeding, api, lifecycle, step_results, columns, rewards, state, success, vector, randomization, rendering
+)
 """All environment checks, in the order in which they run."""
 
 SKELETON = re.compile(r"Skeleton-v[0-9]+$")

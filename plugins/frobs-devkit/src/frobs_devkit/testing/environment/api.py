@@ -20,7 +20,7 @@ from frobs_core.util.errors import UnknownParameterError
 from frobs_devkit.testing.checks import CheckFailure, Inconclusive, after, expect_raises
 from frobs_devkit.testing.compare import expect_same
 from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play
-from frobs_devkit.testing.environment.subject import EnvUnderTest, require_ours
+from frobs_devkit.testing.environment.under_test import EnvUnderTest, require_ours
 
 _COLOUR = re.compile(r"\x1b\[\d+m")  # Gymnasium's logger colors its warnings
 _UNBOUNDED = re.compile("A Box observation space (minimum|maximum) value is -?infinity")  # such as accelerations

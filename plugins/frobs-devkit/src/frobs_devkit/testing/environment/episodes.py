@@ -8,7 +8,7 @@ import numpy as np
 
 from frobs_core.util.errors import FrobsError
 from frobs_devkit.testing.environment.rollout import draw_actions
-from frobs_devkit.testing.environment.subject import achieved_goal
+from frobs_devkit.testing.environment.under_test import achieved_goal
 
 RANDOM_STEPS = 120
 PATH = 25  # number of steps for which an action is held

@@ -14,7 +14,7 @@ from frobs_core.plugins.records import Level, SimulatorRecord
 from frobs_core.sensing.randomization import find_units, physical_parameters
 from frobs_devkit.testing.checks import NotApplicable, after
 from frobs_devkit.testing.environment import seeding, state, vector
-from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, require_ours
+from frobs_devkit.testing.environment.under_test import EnvUnderTest, inside, require_ours
 
 _PHYSICS: Mapping[str, Mapping[str, Any]] = {
     "mass": {"target": "*", "scale": [0.8, 1.2]},
@@ -55,7 +55,7 @@ def _everything(subject: EnvUnderTest, env: Any) -> dict[str, Any]:
     assert isinstance(record, SimulatorRecord)
     mode = env.robot.command_mode
     without_effect = {"stiffness": mode is not CommandMode.POSITION, "damping": mode is CommandMode.EFFORT}
-    found: dict[str, Any] = {
+    everything: dict[str, Any] = {
         parameter: dict(setting)
         for parameter, setting in _PHYSICS.items()
         if record.capabilities.get(physical_parameters()[parameter], Level.UNSUPPORTED)
@@ -64,9 +64,9 @@ def _everything(subject: EnvUnderTest, env: Any) -> dict[str, Any]:
     }
     noisy = [name for name, term in env.observations.terms.items() if term.is_vector and not term.imperfect]
     if noisy:
-        found["observation_noise"] = {name: {"normal": 0.01} for name in noisy}
-        found["observation_delay"] = {"steps": [0, 2], "target": noisy}
-    return {**found, "action_delay": {"steps": [0, 2]}}
+        everything["observation_noise"] = {name: {"normal": 0.01} for name in noisy}
+        everything["observation_delay"] = {"steps": [0, 2], "target": noisy}
+    return {**everything, "action_delay": {"steps": [0, 2]}}
 
 
 @after("disabled_equals_single", "snapshot_continues")

@@ -11,7 +11,7 @@ from frobs_core.util.errors import FrobsError
 from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.environment.episodes import PATH, begin_with_goal, longest_path, random_steps
-from frobs_devkit.testing.environment.subject import (
+from frobs_devkit.testing.environment.under_test import (
     EnvUnderTest,
     inside,
     is_ours,

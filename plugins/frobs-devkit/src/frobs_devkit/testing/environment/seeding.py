@@ -12,7 +12,7 @@ import numpy as np
 from frobs_devkit.testing.checks import after, expect
 from frobs_devkit.testing.compare import difference, leaves
 from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play
-from frobs_devkit.testing.environment.subject import EnvUnderTest
+from frobs_devkit.testing.environment.under_test import EnvUnderTest
 
 _SEEDS = (0, 1, 2, 3, 10, 1234, 2**31)
 

@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode
 from frobs_devkit.testing.checks import after
 from frobs_devkit.testing.compare import expect_rows, expect_same
 from frobs_devkit.testing.environment.rollout import draw_actions
-from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, require_ours
+from frobs_devkit.testing.environment.under_test import EnvUnderTest, inside, require_ours
 
 _NUM_ENVS = 3
 
@@ -27,12 +27,12 @@ def snapshot_continues(subject: EnvUnderTest) -> None:
         for action in actions[:23]:
             env.step(action)
         snapshot = deepcopy(inside(env).snapshot())
-        told = _task_values(env)
+        task_values = _task_values(env)
         expect_rows(snapshot, _NUM_ENVS, "snapshot")
         expected = _continue(env, actions[23:])
         inside(env).restore(deepcopy(snapshot))
         for name, value in _task_values(env).items():
-            expect_same(told[name], value, f"{name} of the task, immediately after the batch is restored")
+            expect_same(task_values[name], value, f"{name} of the task, immediately after the batch is restored")
         _expect_same_steps(expected, _continue(env, actions[23:]), "the restored batch")
     with closing(subject.make_vec(_NUM_ENVS, AutoresetMode.SAME_STEP)) as fresh:
         inside(fresh).restore(deepcopy(snapshot))

@@ -20,7 +20,7 @@ from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicabl
 from frobs_devkit.testing.compare import batch_of_one
 from frobs_devkit.testing.environment.episodes import PATH, RANDOM_STEPS, begin_with_goal, longest_path, random_steps
 from frobs_devkit.testing.environment.rollout import draw_actions
-from frobs_devkit.testing.environment.subject import (
+from frobs_devkit.testing.environment.under_test import (
     EnvUnderTest,
     achieved_goal,
     inside,
@@ -36,15 +36,15 @@ def success_in_every_step(subject: EnvUnderTest) -> None:
     """The info of every step contains ``is_success``, which is the float 0.0 or 1.0."""
     with closing(subject.make()) as env:
         ours, steps = is_ours(env), random_steps(env)
-    told = [info["is_success"] for _, _, info in steps if "is_success" in info]
-    if not told and not ours:
+    reported = [info["is_success"] for _, _, info in steps if "is_success" in info]
+    if not reported and not ours:
         raise NotApplicable("the environment does not report success")
     expect(
-        len(told) == len(steps),
-        f"the info contains 'is_success' in {len(told)} of {len(steps)} steps; it must contain 'is_success' at every "
+        len(reported) == len(steps),
+        f"the info contains 'is_success' in {len(reported)} of {len(steps)} steps; it must contain 'is_success' at every "
         "step.",
     )
-    for value in told:
+    for value in reported:
         expect(type(value) is float and value in (0.0, 1.0), f"'is_success' is {value!r}; it must be 0.0 or 1.0.")
 
 
@@ -52,14 +52,14 @@ def success_comes_and_goes(subject: EnvUnderTest) -> None:
     """Not all steps are successful, reaching the goal is reported as success, and the task's expert succeeds."""
     with closing(subject.make()) as env:
         require_ours(env)
-        told = {info.get("is_success") for _, _, info in random_steps(env)}
+        values = {info.get("is_success") for _, _, info in random_steps(env)}
         expect(
-            told != {1.0},
+            values != {1.0},
             f"all {RANDOM_STEPS} steps of random episodes are successful, so 'is_success' carries no information.",
         )
         task, (observation, _) = inside(env).task, env.reset(seed=8)
         of_goals = isinstance(observation, dict) and "achieved_goal" in observation
-        if 1.0 not in told and "goal" in task.reset_options and observes_truly(env, "achieved_goal", "desired_goal"):
+        if 1.0 not in values and "goal" in task.reset_options and observes_truly(env, "achieved_goal", "desired_goal"):
             reached = achieved_goal(env, observation)
             with suppress(FrobsError, ValueError):  # the task may reject the achieved goal as a desired goal
                 env.reset(seed=8, options={"goal": reached})
@@ -68,10 +68,10 @@ def success_comes_and_goes(subject: EnvUnderTest) -> None:
                     success or not of_goals,
                     f"the achieved goal {reached} equals the desired goal, but is_success() returns False.",
                 )
-                told.add(float(success))
-        if 1.0 not in told and task.expert:
-            told.add(_success_of_expert(_Seeing(env)))
-    if 1.0 not in told:
+                values.add(float(success))
+        if 1.0 not in values and task.expert:
+            values.add(_success_of_expert(_Seeing(env)))
+    if 1.0 not in values:
         raise Inconclusive(
             f"no success in {RANDOM_STEPS} steps of random episodes, so it is unknown whether success is possible"
         )

@@ -14,7 +14,7 @@ from gymnasium.vector import AutoresetMode
 from frobs_devkit.testing.checks import Inconclusive, after, expect
 from frobs_devkit.testing.compare import expect_same, row
 from frobs_devkit.testing.environment.rollout import Transition, advance, draw_actions, expect_same_transition
-from frobs_devkit.testing.environment.subject import EnvUnderTest, require_ours
+from frobs_devkit.testing.environment.under_test import EnvUnderTest, require_ours
 
 NUM_ENVS = 7
 STEPS = 300
@@ -33,11 +33,11 @@ def same_step_equals_single(subject: EnvUnderTest) -> None:
             for i, expected in enumerate(singles.at(k)):
                 what = f"environment {i} of {NUM_ENVS}, step {k + 1}"
                 _expect_masked(info, "final_obs", i, expected.done, what)
-                told = info["final_info"] if expected.done else info
+                last_info = info["final_info"] if expected.done else info
                 last = info["final_obs"][i] if expected.done else row(observation, i)
                 if expected.done and batch is not None:
                     expect_same(expected.observation, row(batch, i), f"{what}: final_observation")
-                actual = _transition(last, reward, terminated, truncated, told, i, row(observation, i))
+                actual = _transition(last, reward, terminated, truncated, last_info, i, row(observation, i))
                 expect_same_transition(expected, actual, what)
     singles.expect_ends()
 
@@ -65,10 +65,10 @@ def next_step_equals_single(subject: EnvUnderTest) -> None:
                         row(observation, i),
                         f"{what}, in which the environment is reset: the observation",
                     )
-                    told = (float(reward[i]), bool(terminated[i]), bool(truncated[i]))
+                    outcome = (float(reward[i]), bool(terminated[i]), bool(truncated[i]))
                     expect(
-                        told == (0.0, False, False),
-                        f"{what}, in which the environment is reset: reward, terminated and truncated are {told}; "
+                        outcome == (0.0, False, False),
+                        f"{what}, in which the environment is reset: reward, terminated and truncated are {outcome}; "
                         "expected (0.0, False, False).",
                     )
                     ended[i] = None
@@ -187,10 +187,10 @@ def _expect_masked(info: Mapping[str, Any], key: str, i: int, expected: bool, wh
 def _transition(
     observation: Any, reward: Any, terminated: Any, truncated: Any, info: Mapping[str, Any], i: int, fresh: Any
 ) -> Transition:
-    told = {
+    numbers = {
         key: float(values[i])
         for key, values in info.items()
         if not key.startswith("_") and f"_{key}" in info and info[f"_{key}"][i] and np.asarray(values).dtype.kind in "fiub"
         and np.asarray(values).ndim == 1
     }  # fmt: skip
-    return Transition(observation, float(reward[i]), bool(terminated[i]), bool(truncated[i]), told, fresh)
+    return Transition(observation, float(reward[i]), bool(terminated[i]), bool(truncated[i]), numbers, fresh)

@@ -8,13 +8,13 @@ from frobs_core import plugins
 from frobs_core.description import Robot
 from frobs_core.plugins.records import RobotRecord, SimulatorRecord
 from frobs_devkit.testing.checks import Check, checks_of, collect
-from frobs_devkit.testing.robot import description, sensors, standing
-from frobs_devkit.testing.robot.subject import RobotUnderTest
+from frobs_devkit.testing.robot import description, in_simulation, sensors
+from frobs_devkit.testing.robot.under_test import RobotUnderTest
 
 DESCRIPTION_CHECKS = (*checks_of(description), sensors.sensors_are_fixed, sensors.lidars_look_around_once)
 """All robot checks that do not need a simulator."""
 
-SIMULATION_CHECKS = (*checks_of(standing), sensors.sensors_read)
+SIMULATION_CHECKS = (*checks_of(in_simulation), sensors.sensors_read)
 """All robot checks that run in a simulator."""
 
 

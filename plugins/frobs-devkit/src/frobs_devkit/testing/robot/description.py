@@ -27,10 +27,10 @@ from frobs_core.util.arrays import Floats
 from frobs_core.util.rotations import quat_rotate
 from frobs_devkit.doctor.bodies import body_findings
 from frobs_devkit.doctor.joints import gravity_efforts, joint_facts, joint_findings
-from frobs_devkit.doctor.report import Finding, Severity
+from frobs_devkit.doctor.robot_report import Finding, Severity
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close
-from frobs_devkit.testing.robot.subject import RobotUnderTest
+from frobs_devkit.testing.robot.under_test import RobotUnderTest
 from frobs_devkit.testing.simulator.robots import ARM, model_of
 from frobs_models import link_bounds
 
@@ -391,26 +391,26 @@ def end_effectors_attach(subject: RobotUnderTest) -> None:
     if not tool.end_effectors or tool.groups or model.format != "urdf":
         raise NotApplicable("the robot is not a tool that can be attached to an arm")
     arm, at = replace(ARM, model=str(model_of(ARM.model).path)), (0.1, -0.2, 0.3)
-    whole = arm.attach("tool", tool, name="kit", pos=at)
-    joined = load_model(whole.model)
-    effector, described = whole.end_effectors["kit"], next(iter(tool.end_effectors.values()))
+    arm_with_tool = arm.attach("tool", tool, name="kit", pos=at)
+    joined = load_model(arm_with_tool.model)
+    effector, described = arm_with_tool.end_effectors["kit"], next(iter(tool.end_effectors.values()))
     names = tuple(f"kit_{joint}" for joint in model.joint_names)
     expect(
-        whole.groups.get("kit", ()) == names,
-        f"the joint group of the attached tool is {whole.groups.get('kit')}; expected {names}.",
+        arm_with_tool.groups.get("kit", ()) == names,
+        f"the joint group of the attached tool is {arm_with_tool.groups.get('kit')}; expected {names}.",
     )
     masses = [
         sum(link.inertial.mass for link in m.links if link.inertial) for m in (joined, model, model_of(ARM.model))
     ]
     expect_close(masses[1] + masses[2], masses[0], 1e-9, "mass of an arm with the tool [kg]")
-    home = home_positions(joined, whole.home)
+    home = home_positions(joined, arm_with_tool.home)
     own = home_positions(model, tool.home)
     places = [joined.joint_names.index(name) for name in names]
     expect_close(own, home[places], 1e-12, "home position of the attached tool")
     for state in ("open", "closed"):
-        wanted = {f"kit_{joint}": value for joint, value in getattr(described, state).items()}
-        found = getattr(effector, state)
-        expect(found == wanted, f"the {state} positions of the attached tool are {found}; expected {wanted}.")
+        expected = {f"kit_{joint}": value for joint, value in getattr(described, state).items()}
+        actual = getattr(effector, state)
+        expect(actual == expected, f"the {state} positions of the attached tool are {actual}; expected {expected}.")
     frames = {link: joined.frame_pose(link, home[None])[0][0] for link in ("tool", effector.tcp)}
     turn = joined.frame_pose("tool", home[None])[1]
     tip = quat_rotate(turn, (np.array(at) + model.frame_pose(described.tcp, own[None])[0][0])[None])[0]

@@ -10,7 +10,7 @@ from frobs_core.description import Bumper, Lidar, Sensor
 from frobs_core.plugins.records import Level
 from frobs_core.sensing.sensors import instrument_of
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
-from frobs_devkit.testing.robot.subject import TIMESTEP, RobotUnderTest
+from frobs_devkit.testing.robot.under_test import TIMESTEP, RobotUnderTest
 
 
 def sensors_are_fixed(subject: RobotUnderTest) -> None:

@@ -16,12 +16,12 @@ from frobs_devkit.testing.simulator import (
     model_files,
     pacing,
     parameters,
-    pictures,
-    running,
+    rendering,
     state,
+    stepping,
     world,
 )
-from frobs_devkit.testing.simulator.subject import SimulatorUnderTest
+from frobs_devkit.testing.simulator.under_test import SimulatorUnderTest
 
 CHECKS = checks_of(
     contract,
@@ -29,14 +29,14 @@ CHECKS = checks_of(
     model_files,
     drive,
     dynamics,
-    running,
+    stepping,
     pacing,
     state,
     world,
     bodies,
     contacts,
     forces,
-    pictures,
+    rendering,
     parameters,
 )
 """All simulator checks, in the order in which they run."""

@@ -17,7 +17,7 @@ from frobs_core.util.rotations import matrix_from_quat, quat_conjugate, quat_mul
 from frobs_devkit.testing.checks import NotApplicable, after, expect, expect_raises
 from frobs_devkit.testing.compare import expect_close, expect_same_pose
 from frobs_devkit.testing.simulator.robots import LIFT
-from frobs_devkit.testing.simulator.subject import BALL, BAR, TILTED, TIMESTEP, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.under_test import BALL, BAR, TILTED, TIMESTEP, SimulatorUnderTest, verifies
 from frobs_models import MeshPart, write_stl
 
 _WEIGHTLESS = (0.0, 0.0, 0.0)
@@ -53,18 +53,18 @@ def bodies_are_thrown(subject: SimulatorUnderTest) -> None:
         bodies={"ball": replace(BALL, pose=TILTED, twist=_TWIST), "bar": BAR}, gravity=_WEIGHTLESS, floor=False
     ) as (sim, _):
         n, ball = sim.num_envs, sim.bodies["ball"]
-        for name, wanted, found in zip(("lin_vel_world", "ang_vel_world"), _TWIST, ball.twist, strict=True):
-            expect_close(np.tile(wanted, (n, 1)), found, 1e-6, f"{name} of a ball at reset")
+        for name, expected, actual in zip(("lin_vel_world", "ang_vel_world"), _TWIST, ball.twist, strict=True):
+            expect_close(np.tile(expected, (n, 1)), actual, 1e-6, f"{name} of a ball at reset")
         sim.step(100)
         flown = np.array(TILTED.pos) + 100 * TIMESTEP * np.array(_TWIST[0])
         expect_close(np.tile(flown, (n, 1)), ball.pose[0], 1e-6, "position of a ball that starts with a twist [m]")
         mask = np.arange(n) == 0
         ball.write_twist(np.array([[0.0, 1.0, 0.5]]), np.array([[-1.0, 0.0, 4.0]]), mask)
-        for name, wanted, written, found in zip(
+        for name, expected, written, actual in zip(
             ("lin_vel_world", "ang_vel_world"), _TWIST, ((0.0, 1.0, 0.5), (-1.0, 0.0, 4.0)), ball.twist, strict=True
         ):
             expect_close(
-                np.where(mask[:, None], written, wanted), found, 1e-6, f"{name} after write_twist in environment 0"
+                np.where(mask[:, None], written, expected), actual, 1e-6, f"{name} after write_twist in environment 0"
             )
         sim.reset(mask)
         expect_close(np.array(_TWIST[0]), ball.twist[0][0], 1e-6, "lin_vel_world of a ball after a second reset")
@@ -130,8 +130,8 @@ def attachments_hold(subject: SimulatorUnderTest) -> None:
         for _ in range(2):
             sim.step(200)
             for what, (frame, body) in places.items():
-                found = _relative(frame(), sim.bodies[body].pose)
-                expect_same_pose(expected[what], found, subject.tolerance("attachments", 1e-3, 0.01), what)
+                actual = _relative(frame(), sim.bodies[body].pose)
+                expect_same_pose(expected[what], actual, subject.tolerance("attachments", 1e-3, 0.01), what)
         expect(
             (np.abs(robot.joint_positions[:, 1]) > 0.2).all(),
             "the table with the attached body did not turn as commanded.",
@@ -191,10 +191,10 @@ def every_shape_is_met(subject: SimulatorUnderTest) -> None:
         with subject.build(bodies={"pile": Body(shapes=shapes, pose=Pose((0.0, 2.0, 0.0)))}) as (sim, _):
             n = sim.num_envs
             origins = np.tile([[0.0, 2.0, 2.0], [1.1, 2.1, 2.0], [2.0, 2.0, 2.0]], (n, 1, 1))
-            found = sim.rays(origins, np.tile([0.0, 0.0, -1.0], (n, 3, 1)), 5.0)
+            lengths = sim.rays(origins, np.tile([0.0, 0.0, -1.0], (n, 3, 1)), 5.0)
     tolerance = max(1e-3, subject.tolerance("rays"))
     expect_close(
-        np.tile([1.8, 1.8, 2.0], (n, 1)), found, tolerance, "lengths of rays down to a box, a mesh and the floor [m]"
+        np.tile([1.8, 1.8, 2.0], (n, 1)), lengths, tolerance, "lengths of rays down to a box, a mesh and the floor [m]"
     )
 
 

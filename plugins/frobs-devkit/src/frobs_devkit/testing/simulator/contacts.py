@@ -14,7 +14,7 @@ from frobs_core.models import Box, JointType, Pose
 from frobs_devkit.testing.checks import NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import PILE, ROVER, model_of
-from frobs_devkit.testing.simulator.subject import BALL, WEIGHTLESS, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.under_test import BALL, WEIGHTLESS, SimulatorUnderTest, verifies
 
 _KERB = Body(geometry=Box((0.2, 0.02, 0.2)), pose=Pose(pos=(0.0, 0.129, 0.1)))  # overlaps the left wheel by 1 mm
 _FALL = 60  # physics steps in which a ball falls by 1 cm and bounces
@@ -33,9 +33,9 @@ def contacts_of_robots_are_told(subject: SimulatorUnderTest) -> None:
     }
     with _standing_rover(subject, bodies={"ball": BALL}, contacts=contacts) as (sim, _):
         sim.step(20)
-        for name, wanted in (("left", True), ("robot", True), ("pair", False)):
-            told = sim.contact(name)
-            expect((told == wanted).all(), f"contact('{name}') of a rover on the floor has the wrong value {told}.")
+        for name, expected in (("left", True), ("robot", True), ("pair", False)):
+            touch = sim.contact(name)
+            expect((touch == expected).all(), f"contact('{name}') of a rover on the floor has the wrong value {touch}.")
 
 
 @verifies("contacts")
@@ -50,11 +50,11 @@ def contacts_can_ignore(subject: SimulatorUnderTest) -> None:
     }
     with _standing_rover(subject, bodies={"kerb": _KERB}, contacts=contacts) as (sim, _):
         sim.step(2)
-        wanted = (True, True, False, False, False)
-        for (name, contact), expected in zip(contacts.items(), wanted, strict=True):
-            told = sim.contact(name)
+        expected_contacts = (True, True, False, False, False)
+        for (name, contact), expected in zip(contacts.items(), expected_contacts, strict=True):
+            touch = sim.contact(name)
             what = f"of '{contact.first}' that ignores {', '.join(contact.ignore) or 'nothing'}"
-            expect((told == expected).all(), f"a contact {what} is {told}, not {expected}.")
+            expect((touch == expected).all(), f"a contact {what} is {touch}, not {expected}.")
 
 
 @verifies("contacts")
@@ -66,9 +66,9 @@ def contacts_end_with_a_reset(subject: SimulatorUnderTest) -> None:
         expect(sim.contact("standing").all(), "no contact is reported for a rover on the floor.")
         mask = np.arange(sim.num_envs) == 0
         sim.reset(mask)
-        told = sim.contact("standing")
-        expect(not told[0], "a contact from the previous episode is still reported after a reset.")
-        expect(told[1:].all(), f"the reset of environment 0 also ended contacts in other environments: {told}.")
+        touch = sim.contact("standing")
+        expect(not touch[0], "a contact from the previous episode is still reported after a reset.")
+        expect(touch[1:].all(), f"the reset of environment 0 also ended contacts in other environments: {touch}.")
         expect(
             not sim.contact_force("standing")[0].any(),
             "a contact force from the previous episode is still reported after a reset.",
@@ -173,9 +173,9 @@ def links_collide(subject: SimulatorUnderTest) -> None:
         with subject.build(pile, model=apart, gravity=WEIGHTLESS, floor=False, num_threads=1) as (sim, robot):
             robot.command(np.tile([0.0, reach], (sim.num_envs, 1)))
             sim.step(1000)
-            wanted = np.full(sim.num_envs, gap if collides else reach)
+            expected = np.full(sim.num_envs, gap if collides else reach)
             what = f"way of a ball toward another link of a robot with self_collision={collides} [m]"
-            expect_close(wanted, robot.joint_positions[:, 1], 0.03, what)
+            expect_close(expected, robot.joint_positions[:, 1], 0.03, what)
 
 
 def _standing_rover(

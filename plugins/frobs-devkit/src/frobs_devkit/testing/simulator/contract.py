@@ -19,7 +19,7 @@ from frobs_devkit.testing.checks import NotApplicable, expect, expect_raises
 from frobs_devkit.testing.compare import expect_array, expect_close, expect_rows, expect_same
 from frobs_devkit.testing.simulator.robots import ARM, LIFT, model_of
 from frobs_devkit.testing.simulator.state import FLOATING
-from frobs_devkit.testing.simulator.subject import BALL, TIMESTEP, WALL, SimulatorUnderTest, spread, verifies
+from frobs_devkit.testing.simulator.under_test import BALL, TIMESTEP, WALL, SimulatorUnderTest, spread, verifies
 
 
 def capabilities_are_known(subject: SimulatorUnderTest) -> None:
@@ -63,13 +63,13 @@ def arrays_have_their_shapes(subject: SimulatorUnderTest) -> None:
         expect(robot.num_envs == n, f"the robot's num_envs is {robot.num_envs}; expected {n}.")
         expect(sim.physics_timestep == TIMESTEP, f"physics_timestep is {sim.physics_timestep}, not {TIMESTEP}.")
         expect(robot.name == "robot", f"the robot's name is '{robot.name}'; expected 'robot'.")
-        wanted: dict[str, tuple[Any, tuple[int, ...]]] = {
+        arrays: dict[str, tuple[Any, tuple[int, ...]]] = {
             name: (getattr(robot, name), (n, dof))
             for name in ("home", "position_lower", "position_upper", "velocity_limit", "effort_limit")
         }
-        wanted |= {f"drive_gains()[{i}]": (gain, (n, dof)) for i, gain in enumerate(robot.drive_gains())}
-        wanted |= {"frame_jacobian('tcp')": (robot.frame_jacobian("tcp"), (n, 6, dof)), "time": (sim.time, (n,))}
-        for name, (array, shape) in wanted.items():
+        arrays |= {f"drive_gains()[{i}]": (gain, (n, dof)) for i, gain in enumerate(robot.drive_gains())}
+        arrays |= {"frame_jacobian('tcp')": (robot.frame_jacobian("tcp"), (n, 6, dof)), "time": (sim.time, (n,))}
+        for name, (array, shape) in arrays.items():
             expect_array(array, shape, np.float64, name)
         for name, read, shape in _readings(sim, robot):
             before = read().copy()

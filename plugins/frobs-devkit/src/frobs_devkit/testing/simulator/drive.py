@@ -10,7 +10,7 @@ from frobs_core.util.arrays import Floats
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import LIFT, LIFT_EFFORT_LIMIT, LIFT_INERTIA, LIFT_WEIGHT, ROVER
-from frobs_devkit.testing.simulator.subject import TIMESTEP, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.under_test import TIMESTEP, SimulatorUnderTest, verifies
 
 _GRAVITY = 9.81
 

@@ -17,7 +17,7 @@ from frobs_core.util.rotations import matrix_from_quat, quat_from_axis_angle, qu
 from frobs_devkit.testing.checks import NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close, expect_same_pose
 from frobs_devkit.testing.simulator.robots import LIFT, LIFT_INERTIA, model_of
-from frobs_devkit.testing.simulator.subject import BALL, TILTED, TIMESTEP, WEIGHTLESS, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.under_test import BALL, TILTED, TIMESTEP, WEIGHTLESS, SimulatorUnderTest, verifies
 
 _GRAVITY = (1.0, -2.0, -5.0)  # [m/s²] differs in direction and size from the usual gravity
 _TWIST = (0.3, -0.2, 0.1), (1.0, 2.0, -3.0)
@@ -64,8 +64,8 @@ def plates_precess(subject: SimulatorUnderTest) -> None:
         n, plate = sim.num_envs, sim.bodies["plate"]
         sim.step(steps)
         expect_close(np.tile(spin, (n, 1)), plate.twist[1], 0.1, "ang_vel_world of a plate that spins freely")
-        wanted = np.tile(TILTED.pos, (n, 1)), np.tile(quat, (n, 1))
-        expect_same_pose(wanted, plate.pose, 0.02, "pose of a plate that spins freely")
+        expected = np.tile(TILTED.pos, (n, 1)), np.tile(quat, (n, 1))
+        expect_same_pose(expected, plate.pose, 0.02, "pose of a plate that spins freely")
 
 
 @verifies("drive")
@@ -118,9 +118,9 @@ def armatures_resist(subject: SimulatorUnderTest) -> None:
     with subject.build(motor, mode=CommandMode.EFFORT, gravity=WEIGHTLESS, floor=False, num_threads=1) as (sim, robot):
         robot.command(np.tile([0.0, effort], (sim.num_envs, 1)))
         sim.step(steps)
-        wanted = np.full(sim.num_envs, effort * steps * TIMESTEP / (2.0 * inertia))
+        expected = np.full(sim.num_envs, effort * steps * TIMESTEP / (2.0 * inertia))
         what = f"velocity of a joint whose motor doubles its inertia, after an effort of {effort} N·m [rad/s]"
-        expect_close(wanted, robot.joint_velocities[:, 1], subject.tolerance("drive", exact=1e-6), what)
+        expect_close(expected, robot.joint_velocities[:, 1], subject.tolerance("drive", exact=1e-6), what)
 
 
 @verifies("drive")

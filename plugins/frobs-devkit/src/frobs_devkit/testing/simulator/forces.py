@@ -14,7 +14,7 @@ from frobs_core.util.rotations import quat_conjugate, quat_rotate
 from frobs_devkit.testing.checks import NotApplicable, after, expect, expect_raises
 from frobs_devkit.testing.compare import expect_array, expect_close
 from frobs_devkit.testing.simulator.robots import ARM
-from frobs_devkit.testing.simulator.subject import BALL, TILTED, TIMESTEP, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.under_test import BALL, TILTED, TIMESTEP, SimulatorUnderTest, verifies
 
 _BEYOND = {"elbow": ("fore", "tool"), "wrist": ("tool",)}
 """Links that each sensor carries."""
@@ -106,8 +106,8 @@ def wrenches_add(subject: SimulatorUnderTest) -> None:
         def expect_total(rows: Floats, when: str) -> None:
             moment = 0.4 * 0.5 * 0.05**2
             for part, share, what in ((forces, 0.5, "velocity [m/s]"), (torques, moment, "ang_vel_world [rad/s]")):
-                found = ball.twist[0] if what[0] == "v" else ball.twist[1]
-                expect_close(rows * part.sum(axis=0) * t / share, found, tolerance, f"{what} of a ball {when}")
+                actual = ball.twist[0] if what[0] == "v" else ball.twist[1]
+                expect_close(rows * part.sum(axis=0) * t / share, actual, tolerance, f"{what} of a ball {when}")
 
         def push() -> None:
             for force, torque in zip(forces, torques, strict=True):

@@ -11,7 +11,7 @@ from frobs_core.util.rotations import quat_conjugate, quat_multiply
 from frobs_devkit.testing.checks import Inconclusive, expect, expect_raises
 from frobs_devkit.testing.compare import expect_close, expect_same, expect_same_pose, placed
 from frobs_devkit.testing.simulator.robots import ARM
-from frobs_devkit.testing.simulator.subject import TILTED, SimulatorUnderTest, spread, verifies
+from frobs_devkit.testing.simulator.under_test import TILTED, SimulatorUnderTest, spread, verifies
 
 _TOLERANCE = 1e-8
 
@@ -24,21 +24,21 @@ def joints_are_the_files(subject: SimulatorUnderTest) -> None:
         expect(robot.dof == len(model.joint_names), f"dof is {robot.dof}, not {len(model.joint_names)}.")
         expect(robot.tcp == "tool", f"tcp is '{robot.tcp}', not 'tool'.")
         limits = [joint.limits for joint in model.actuated_joints]
-        wanted = {
+        expected = {
             "home": [ARM.home[name] for name in model.joint_names],
             "position_lower": [limit.lower for limit in limits],
             "position_upper": [limit.upper for limit in limits],
             "velocity_limit": [limit.velocity for limit in limits],
             "effort_limit": [limit.effort for limit in limits],
         }
-        for name, row in wanted.items():
+        for name, row in expected.items():
             expect_close(np.tile(row, (sim.num_envs, 1)), getattr(robot, name), 1e-12, name)
         expect_close(
             robot.home, robot.joint_positions, subject.at_home, "joint_positions after a reset, compared with home"
         )
         gains = [np.tile([ARM.gains.of(name)[i] for name in model.joint_names], (sim.num_envs, 1)) for i in (0, 1)]  # type: ignore[union-attr]
-        for name, gain, found in zip(("Kp", "Kd"), gains, robot.drive_gains(), strict=True):
-            expect_close(gain, found, 1e-9, f"drive_gains(): {name}")
+        for name, gain, actual in zip(("Kp", "Kd"), gains, robot.drive_gains(), strict=True):
+            expect_close(gain, actual, 1e-9, f"drive_gains(): {name}")
 
 
 def frames_are_current(subject: SimulatorUnderTest) -> None:
@@ -67,15 +67,15 @@ def given_joints_leave_the_state(subject: SimulatorUnderTest) -> None:
         before = (robot.joint_positions.copy(), robot.joint_velocities.copy(), sim.time.copy(), _copy(robot, "tcp"))
         for count in (1, 5):
             given = spread(-2.0, 2.0, (count, 2), seed=count)
-            wanted = placed((TILTED.pos, TILTED.quat_wxyz), robot.model.frame_pose("tool", given))
-            expect_same_pose(wanted, robot.frame_pose("tcp", given), _TOLERANCE, f"{count} given vectors")
+            expected = placed((TILTED.pos, TILTED.quat_wxyz), robot.model.frame_pose("tool", given))
+            expect_same_pose(expected, robot.frame_pose("tcp", given), _TOLERANCE, f"{count} given vectors")
         after = (robot.joint_positions.copy(), robot.joint_velocities.copy(), sim.time.copy(), _copy(robot, "tcp"))
         expect_same(before, after, "the state after a call of frame_pose(frame, joint_positions)")
         if subject.level("teleport"):
             robot.write_base_pose(np.array([[1.0, 2.0, 3.0]]), np.array([[0.0, 1.0, 0.0, 0.0]]))
-            found = robot.frame_pose("tcp", given)
+            actual = robot.frame_pose("tcp", given)
             expect_same_pose(
-                wanted, found, _TOLERANCE, "5 given vectors after the base has moved from its initial pose"
+                expected, actual, _TOLERANCE, "5 given vectors after the base has moved from its initial pose"
             )
 
 
@@ -106,8 +106,8 @@ def frame_velocity_is_current(subject: SimulatorUnderTest) -> None:
             sim.step(5)
             for frame in ("tcp", "fore"):
                 expected = (robot.frame_jacobian(frame) * robot.joint_velocities[:, None, :]).sum(-1)
-                found = np.concatenate(robot.frame_velocity(frame), axis=1)
-                expect_close(expected, found, _TOLERANCE, f"frame_velocity('{frame}') after step {k + 1}")
+                actual = np.concatenate(robot.frame_velocity(frame), axis=1)
+                expect_close(expected, actual, _TOLERANCE, f"frame_velocity('{frame}') after step {k + 1}")
             fastest = max(fastest, float(np.abs(robot.joint_velocities).max()))
     if fastest <= 1e-2:
         raise Inconclusive("no joint moved")
@@ -130,9 +130,9 @@ def bases_are_placed(subject: SimulatorUnderTest) -> None:
         tilted = np.array([TILTED.pos]), np.array([TILTED.quat_wxyz])
         robot.write_base_pose(*tilted, mask)
         for i in range(sim.num_envs):
-            wanted = tilted if mask[i] else (before[0][[i]], before[1][[i]])
-            found = robot.base_pose[0][[i]], robot.base_pose[1][[i]]
-            expect_same_pose(wanted, found, _TOLERANCE, f"base_pose of environment {i}, after writing to environment 0")
+            pose = tilted if mask[i] else (before[0][[i]], before[1][[i]])
+            actual = robot.base_pose[0][[i]], robot.base_pose[1][[i]]
+            expect_same_pose(pose, actual, _TOLERANCE, f"base_pose of environment {i}, after writing to environment 0")
         _expect_frame(robot, "tcp", "after write_base_pose")
 
 
@@ -142,5 +142,5 @@ def _copy(robot: RobotHandle, frame: str) -> tuple[Floats, Floats]:
 
 
 def _expect_frame(robot: RobotHandle, frame: str, when: str) -> None:
-    wanted = placed(robot.base_pose, robot.model.frame_pose(robot.frame_name(frame), robot.joint_positions))
-    expect_same_pose(wanted, robot.frame_pose(frame), _TOLERANCE, f"frame_pose('{frame}') {when}")
+    expected = placed(robot.base_pose, robot.model.frame_pose(robot.frame_name(frame), robot.joint_positions))
+    expect_same_pose(expected, robot.frame_pose(frame), _TOLERANCE, f"frame_pose('{frame}') {when}")

@@ -19,7 +19,7 @@ from frobs_core.util.errors import ModelFileError, UnknownNameError
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect, expect_raises
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import ARM, GRIPPER, LIFT, PILE, PILE_DEPTH, ROVER, model_of
-from frobs_devkit.testing.simulator.subject import TIMESTEP, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.under_test import TIMESTEP, SimulatorUnderTest, verifies
 from frobs_models import elements
 
 _BROKEN = {"cut_off.stl": bytes(80) + b"\xff\xff\xff\x00" + bytes(500), "no_numbers.obj": b"v 0 0\nf 1 2 3\n"}
@@ -62,21 +62,21 @@ def _expect_followed(robot: RobotHandle, tolerance: float, which: str) -> None:
     for link in ("finger", "follower"):
         quat = robot.frame_pose(link)[1]
         angle[link] = 2.0 * np.arctan2(quat[:, 2], quat[:, 0])  # about y
-    wanted = -2.0 * angle["finger"] + 0.1
-    expect_close(wanted, angle["follower"], tolerance, f"angle of the follower {which} [rad]")
+    expected = -2.0 * angle["finger"] + 0.1
+    expect_close(expected, angle["follower"], tolerance, f"angle of the follower {which} [rad]")
 
 
 def overlaps_are_told(subject: SimulatorUnderTest) -> None:
     """``overlaps`` reports all overlapping links that are not neighbors, with the depth of the overlap."""
     with subject.build(PILE, num_envs=1) as (sim, _):
-        found = sim.overlaps()
-        if found is None:
+        overlaps = sim.overlaps()
+        if overlaps is None:
             raise NotApplicable("the simulator does not report overlaps")
         expect(
-            [{overlap.first, overlap.second} for overlap in found] == [{"a", "c"}],
-            f"overlaps() returns {found}; of three balls in a row, 'a' and 'c' overlap, and the others are neighbors.",
+            [{overlap.first, overlap.second} for overlap in overlaps] == [{"a", "c"}],
+            f"overlaps() returns {overlaps}; of three balls in a row, 'a' and 'c' overlap, and the others are neighbors.",
         )
-        expect_close(PILE_DEPTH, found[0].depth, 1e-4, "depth of the overlap of two balls [m]")
+        expect_close(PILE_DEPTH, overlaps[0].depth, 1e-4, "depth of the overlap of two balls [m]")
         with expect_raises(UnknownNameError, "overlaps('no_such_robot')"):
             sim.overlaps("no_such_robot")
 

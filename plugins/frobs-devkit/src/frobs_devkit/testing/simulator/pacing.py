@@ -9,7 +9,7 @@ import numpy as np
 from frobs_core.contracts import Pacer, Simulation
 from frobs_devkit.testing.checks import CheckFailure, Inconclusive, expect
 from frobs_devkit.testing.compare import expect_close
-from frobs_devkit.testing.simulator.subject import TIMESTEP, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.under_test import TIMESTEP, SimulatorUnderTest, verifies
 
 _SLACK = 0.2  # [s], additional time that a busy machine may need
 

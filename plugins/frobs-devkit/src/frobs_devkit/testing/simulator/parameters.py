@@ -14,7 +14,7 @@ from frobs_core.util.errors import ConfigurationError, UnknownNameError
 from frobs_devkit.testing.checks import after, expect, expect_raises
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import GRIPPER, LIFT, LIFT_INERTIA
-from frobs_devkit.testing.simulator.subject import BALL, TIMESTEP, WEIGHTLESS, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.under_test import BALL, TIMESTEP, WEIGHTLESS, SimulatorUnderTest, verifies
 
 assert isinstance(BALL.geometry, Sphere)
 _RADIUS = BALL.geometry.radius
@@ -51,8 +51,8 @@ def mass_shows(subject: SimulatorUnderTest) -> None:
         sim.step(10)
         tolerance = subject.tolerance("randomize_mass", exact=1e-6)
         lin_vel, ang_vel = sim.bodies["ball"].twist
-        wanted = 2.0 * 10 * TIMESTEP / values
-        expect_close(wanted, lin_vel[:, 0], tolerance, "velocity of a pushed ball [m/s]")
+        expected = 2.0 * 10 * TIMESTEP / values
+        expect_close(expected, lin_vel[:, 0], tolerance, "velocity of a pushed ball [m/s]")
         turned = 1e-3 * 10 * TIMESTEP / (0.4 * values * _RADIUS**2)  # a solid ball
         expect_close(turned, ang_vel[:, 2], tolerance, "angular velocity of a ball after applying a torque [rad/s]")
 
@@ -66,8 +66,8 @@ def gains_show(subject: SimulatorUnderTest) -> None:
         kd = np.array([100.0, 0.2]) * (1.0 + 0.5 * np.arange(n)[:, None])
         _write(sim, "stiffness", "robot", kp)
         _write(sim, "damping", "robot", kd)
-        for name, gain, found in zip(("Kp", "Kd"), (kp, kd), robot.drive_gains(), strict=True):
-            expect_close(gain, found, 1e-9, f"drive_gains() after write_parameter: {name}")
+        for name, gain, actual in zip(("Kp", "Kd"), (kp, kd), robot.drive_gains(), strict=True):
+            expect_close(gain, actual, 1e-9, f"drive_gains() after write_parameter: {name}")
         q, v = robot.joint_positions.copy(), np.zeros((n, 2))
         robot.command(np.full((n, 2), 0.05))
         for _ in range(40):
@@ -88,8 +88,8 @@ def joint_damping_shows(subject: SimulatorUnderTest) -> None:
         if subject.level("teleport"):
             robot.write_joint_state(np.zeros((n, 2)), np.array([[0.1, 1.0]]).repeat(n, axis=0))
             sim.step(100)
-            wanted = np.array([0.1, 1.0]) * np.exp(-damping * 100 * TIMESTEP / np.array(LIFT_INERTIA))
-            expect_close(wanted, robot.joint_velocities, 0.02, "joint velocities, slowed by joint_damping")
+            expected = np.array([0.1, 1.0]) * np.exp(-damping * 100 * TIMESTEP / np.array(LIFT_INERTIA))
+            expect_close(expected, robot.joint_velocities, 0.02, "joint velocities, slowed by joint_damping")
 
 
 @verifies("randomize_friction")
@@ -170,10 +170,10 @@ def parameters_stay(subject: SimulatorUnderTest) -> None:
     with subject.build(bodies={"ball": BALL}) as (sim, _):
         n = sim.num_envs
         sim.write_parameter("mass", "ball", np.array([0.9]), np.arange(n) == 0)
-        wanted = np.where(np.arange(n) == 0, 0.9, 0.5)
-        expect_close(wanted, sim.parameter("mass", "ball"), 1e-12, "masses after writing to environment 0 [kg]")
+        expected = np.where(np.arange(n) == 0, 0.9, 0.5)
+        expect_close(expected, sim.parameter("mass", "ball"), 1e-12, "masses after writing to environment 0 [kg]")
         sim.reset()
-        expect_close(wanted, sim.parameter("mass", "ball"), 1e-12, "masses after a reset [kg]")
+        expect_close(expected, sim.parameter("mass", "ball"), 1e-12, "masses after a reset [kg]")
         for name, target in (("no_such_parameter", ""), ("mass", "no_such_body")):
             with expect_raises(UnknownNameError, f"parameter('{name}', '{target}')"):
                 sim.parameter(name, target)
@@ -205,13 +205,13 @@ def drives_hold_as_gains_change(subject: SimulatorUnderTest) -> None:
     """Drives keep their targets when their gains change, and hold the home position with new gains after resets."""
     with subject.build(gravity=WEIGHTLESS, floor=False) as (sim, robot):
         n = sim.num_envs
-        told = robot.home + 0.2
-        robot.command(told)
+        target = robot.home + 0.2
+        robot.command(target)
         for name, factor in (("stiffness", 0.5), ("damping", 2.0)):
             values = sim.parameter(name, "robot")[:1] * factor
             sim.write_parameter(name, "robot", values, np.arange(n) == 0)
         sim.step(1500)
-        expect_close(told, robot.joint_positions, 1e-2, "joint positions after the drive gains changed [rad]")
+        expect_close(target, robot.joint_positions, 1e-2, "joint positions after the drive gains changed [rad]")
         if not subject.level("teleport"):
             return
         for restore in (False, True):

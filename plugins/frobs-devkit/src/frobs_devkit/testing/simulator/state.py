@@ -11,7 +11,7 @@ from frobs_core.util.errors import SimulationError
 from frobs_devkit.testing.checks import expect_raises
 from frobs_devkit.testing.compare import expect_close, expect_same
 from frobs_devkit.testing.simulator.robots import ARM
-from frobs_devkit.testing.simulator.subject import (
+from frobs_devkit.testing.simulator.under_test import (
     BALL,
     TILTED,
     TIMESTEP,
@@ -49,8 +49,8 @@ def floating_bases_fly(subject: SimulatorUnderTest) -> None:
         n = sim.num_envs
         linear, angular = spread(-1, 1, (n, 3)), spread(-1, 1, (n, 3), seed=1)
         robot.write_base_twist(linear, angular)
-        for name, wanted, found in zip(("lin", "ang"), (linear, angular), robot.base_twist, strict=True):
-            expect_close(wanted, found, 1e-9, f"{name}_vel_world of the base after it was written")
+        for name, expected, actual in zip(("lin", "ang"), (linear, angular), robot.base_twist, strict=True):
+            expect_close(expected, actual, 1e-9, f"{name}_vel_world of the base after it was written")
         robot.write_base_twist(linear, np.zeros((n, 3)))
         before = robot.base_pose[0].copy()
         sim.step(1)

@@ -14,7 +14,7 @@ from frobs_core.util.errors import ConfigurationError, RenderingUnavailableError
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect, expect_raises
 from frobs_devkit.testing.compare import expect_array, expect_close
 from frobs_devkit.testing.simulator.robots import LIFT, ROVER
-from frobs_devkit.testing.simulator.subject import (
+from frobs_devkit.testing.simulator.under_test import (
     BALL,
     BAR,
     TILTED,
@@ -74,10 +74,10 @@ def rays_measure(subject: SimulatorUnderTest) -> None:
         directions = np.array([[1.0, 0, 0], [0, -1.0, 0], [0, 1.0, 0], [0, 0, -1.0], [0.8, 0.6, 0]])
         origins = np.tile([0.0, 0.0, 1.0], (n, 5, 1))
         expected = np.array([1.9, 2.95, 10.0, 1.0, 1.9 / 0.8])
-        found = sim.rays(origins, np.tile(directions, (n, 1, 1)), 10.0)
+        lengths = sim.rays(origins, np.tile(directions, (n, 1, 1)), 10.0)
         expect_close(
             np.tile(expected, (n, 1)),
-            found,
+            lengths,
             tolerance,
             "lengths of rays to a wall, a bar, nothing, the floor and a slanted wall [m]",
         )
@@ -85,12 +85,12 @@ def rays_measure(subject: SimulatorUnderTest) -> None:
             y = -3.0 - 0.5 * np.arange(n)
             places = np.stack([np.zeros(n), y, np.ones(n)], axis=-1)
             sim.bodies["bar"].write_pose(places, np.repeat(_QUARTER_TURN, n, axis=0))
-            found = sim.rays(origins[:, :1], np.tile(directions[1:2], (n, 1, 1)), 10.0)
+            lengths = sim.rays(origins[:, :1], np.tile(directions[1:2], (n, 1, 1)), 10.0)
             expect_close(
-                -y[:, None] - 0.5, found, tolerance, "lengths of rays to the bar after it was moved and rotated [m]"
+                -y[:, None] - 0.5, lengths, tolerance, "lengths of rays to the bar after it was moved and rotated [m]"
             )
-        found = sim.rays(origins[:, :1], np.tile(directions[:1], (n, 1, 1)), 1.0)
-        expect_close(np.ones((n, 1)), found, 0.0, "length of a ray whose max_range ends before the wall [m]")
+        lengths = sim.rays(origins[:, :1], np.tile(directions[:1], (n, 1, 1)), 1.0)
+        expect_close(np.ones((n, 1)), lengths, 0.0, "length of a ray whose max_range ends before the wall [m]")
 
 
 @verifies("rays")
@@ -105,10 +105,10 @@ def lidars_measure(subject: SimulatorUnderTest) -> None:
         expect_close(np.tile([2.95, 1.9, 6.0], (n, 1)), robot.lidar("scan"), tolerance, "lidar: bar, wall, nothing [m]")
         if subject.level("teleport"):
             robot.write_base_pose(np.array([[0.0, 0.0, 0.05]]).repeat(n, axis=0), _QUARTER_TURN.repeat(n, axis=0))
-            found = robot.lidar("scan")
+            ranges = robot.lidar("scan")
             expect_close(
                 np.tile([1.9, 6.0, 6.0], (n, 1)),
-                found,
+                ranges,
                 tolerance,
                 "lidar readings of a robot that was rotated to the left [m]",
             )
@@ -168,11 +168,11 @@ def contacts_are_told(subject: SimulatorUnderTest) -> None:
                 sim.contact("landed")[0], "a contact at the beginning of a step is not reported at the end of the step."
             )
             sim.step(5)
-            told = sim.contact("landed")
-            expect(not told[0], "a contact is reported for a ball in the air.")
+            touching = sim.contact("landed")
+            expect(not touching[0], "a contact is reported for a ball in the air.")
             expect(
-                told[1:].all(),
-                f"contacts are reported for the wrong environments: {told}; only the ball of environment 0 is in the "
+                touching[1:].all(),
+                f"contacts are reported for the wrong environments: {touching}; only the ball of environment 0 is in the "
                 "air.",
             )
             expect_close(0.0, sim.contact_force("landed")[0], 0.0, "contact_force of a ball in the air [N]")

@@ -1,4 +1,4 @@
-"""Stand-in for MoveIt's ``moveit_commander``, which 'frobs legacy run' uses if MoveIt is not installed."""
+"""Replacement for MoveIt's ``moveit_commander``, which 'frobs legacy run' uses if MoveIt is not installed."""
 
 from collections.abc import Sequence
 
@@ -14,12 +14,12 @@ __all__ = [
 
 
 def roscpp_initialize(args: Sequence[str]) -> None:
-    """Do nothing, because this stand-in has no C++ node. Each commander starts a ROS node if the process has none."""
+    """Do nothing, because this replacement has no C++ node. Each commander starts a ROS node if the process has none."""
     del args
 
 
 def roscpp_shutdown() -> None:
-    """Do nothing, because this stand-in has no C++ node."""
+    """Do nothing, because this replacement has no C++ node."""
 
 
 def __getattr__(name: str) -> object:

@@ -68,13 +68,13 @@ class Commanded(Controller):
 
     def before(self, world: World, steps: int) -> None:
         """Set the joints' targets to the latest command."""
-        wanted, self._wanted = self._wanted, None
-        if wanted is None:
+        requested, self._wanted = self._wanted, None
+        if requested is None:
             return
         if self.interface is CommandMode.POSITION:
             robot = self.robot
-            wanted = np.clip(wanted, robot.position_lower[0, self.columns], robot.position_upper[0, self.columns])
-        self.command(wanted)
+            requested = np.clip(requested, robot.position_lower[0, self.columns], robot.position_upper[0, self.columns])
+        self.command(requested)
 
 
 class Regulated(Commanded):
@@ -126,9 +126,9 @@ class Regulated(Commanded):
 
     def before(self, world: World, steps: int) -> None:
         """Compute the command."""
-        wanted, self._wanted = self._wanted, None
-        if wanted is not None:
-            self._target = wanted
+        requested, self._wanted = self._wanted, None
+        if requested is not None:
+            self._target = requested
         if self._follows is CommandMode.POSITION:
             error, rate = self._error(), -self.velocities()
         else:

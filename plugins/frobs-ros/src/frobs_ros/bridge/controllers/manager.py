@@ -203,13 +203,13 @@ class ControllerManager(Component):
     def _list(self) -> list[Any]:
         from controller_manager_msgs.msg import ControllerState, HardwareInterfaceResources
 
-        told = []
+        states = []
         for name, controller in self.controllers.items():
             mode = controller.interface
             interface = INTERFACES[mode] if mode else "hardware_interface::JointStateInterface"
             resources = [HardwareInterfaceResources(hardware_interface=interface, resources=list(controller.joints))]
-            told.append(ControllerState(name, self._states[name], self._types[name], resources))
-        return told
+            states.append(ControllerState(name, self._states[name], self._types[name], resources))
+        return states
 
 
 def _list_types() -> dict[str, list[str]]:

@@ -160,7 +160,7 @@ def _frictions(link: SdfLink) -> list[float]:
 
 def _elements(links: dict[str, SdfLink], model: Element) -> tuple[PlainElement, ...]:
     """Return the plugins and sensors as ``<gazebo>`` elements, the form that URDF files use."""
-    found = []
+    elements = []
     for reference, holder, tags in [
         ("", model, ("plugin",)),
         *((name, link.element, ("sensor",)) for name, link in links.items()),
@@ -169,5 +169,5 @@ def _elements(links: dict[str, SdfLink], model: Element) -> tuple[PlainElement, 
         if given:
             element = PlainElement("gazebo", {"reference": reference} if reference else {})
             element.extend(copy.deepcopy(each) for each in given)
-            found.append(element)
-    return tuple(found)
+            elements.append(element)
+    return tuple(elements)

@@ -112,19 +112,19 @@ def _get_properties(bridge: Bridge, request: Any) -> dict[str, Any]:
 
 
 def _set_properties(bridge: Bridge, request: Any) -> dict[str, Any]:
-    found = _get_properties(bridge, request)
-    if not found["success"]:
-        return failed(str(found["status_message"]).replace("Get", "Set"))
+    properties = _get_properties(bridge, request)
+    if not properties["success"]:
+        return failed(str(properties["status_message"]).replace("Get", "Set"))
     model, name = bridge.world.find_link(request.link_name)
-    if "mass" not in found:
+    if "mass" not in properties:
         return failed(f"SetLinkProperties: link '{name}' is static or has no mass, so its properties cannot be set")
     if not request.mass > 0.0:
         return failed(f"SetLinkProperties: the mass is {request.mass} kg; it must be above 0")
-    scale = request.mass / found["mass"]
-    same = np.allclose(read_vector(request.com.position), read_vector(found["com"].position), atol=1e-9)
-    told = np.array([getattr(request, key) for key in _INERTIA])
-    kept = np.array([found[key] for key in _INERTIA])
-    if not same or not request.gravity_mode or not (np.allclose(told, kept) or np.allclose(told, scale * kept)):
+    scale = request.mass / properties["mass"]
+    same = np.allclose(read_vector(request.com.position), read_vector(properties["com"].position), atol=1e-9)
+    inertia = np.array([getattr(request, key) for key in _INERTIA])
+    kept = np.array([properties[key] for key in _INERTIA])
+    if not same or not request.gravity_mode or not (np.allclose(inertia, kept) or np.allclose(inertia, scale * kept)):
         return failed(
             "SetLinkProperties: nothing was set. Only the mass can be changed, and the inertia is scaled by the "
             "same ratio; set com, gravity_mode and inertia to the values that get_link_properties returns"

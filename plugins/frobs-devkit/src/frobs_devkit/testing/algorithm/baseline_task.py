@@ -1,0 +1,136 @@
+"""Checks that training does not worsen the policy on a task that every algorithm can learn."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from dataclasses import replace
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.envs.registration import EnvSpec
+
+from frobs_devkit.testing.algorithm.under_test import AlgorithmUnderTest
+from frobs_devkit.testing.checks import NotApplicable, expect
+
+_WORSE = 0.2  # tolerated decrease of the mean reward (about −0.5 before training, 0 for the best policy)
+_OBSERVATIONS = 256
+
+
+class Aim(gym.Env[Any, Any]):
+    """An environment whose observation directly shows the best action.
+
+    Each observation is a random number x in [−1, 1]. The best continuous action is 4 + 2 x, in a space that contains
+    neither 0 nor any normalized action. The best discrete action is 1 if x is positive, and 0 otherwise. The reward is
+    0 for the best action, and negative otherwise.
+
+    Args:
+        discrete: Whether actions are discrete.
+        terminates: Whether every step terminates its episode.
+    """
+
+    def __init__(self, discrete: bool, terminates: bool = False) -> None:
+        self._terminates = terminates
+        self.observation_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
+        self.action_space = gym.spaces.Discrete(2) if discrete else gym.spaces.Box(2.0, 6.0, (1,), np.float32)
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Return the first number."""
+        super().reset(seed=seed)
+        return self._show(), {}
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Return the next number, and the reward of the action that was chosen for the previous number."""
+        reward = float(self.rewards(self._shown[None], np.asarray(action)[None])[0])
+        return self._show(), reward, self._terminates, False, {}
+
+    def rewards(self, shown: Any, actions: Any) -> Any:
+        """Return the reward (n,) of each action, given the observed number (n, 1) in the same row."""
+        if isinstance(self.action_space, gym.spaces.Discrete):
+            return -np.abs(np.asarray(actions).reshape(-1) - (shown[:, 0] > 0.0))
+        return -np.abs((np.asarray(actions, np.float64).reshape(-1) - 4.0) / 2.0 - shown[:, 0])
+
+    def _show(self) -> Any:
+        self._shown = self.np_random.uniform(-1.0, 1.0, 1).astype(np.float32)
+        return self._shown.copy()
+
+
+class Choice(gym.Env[Any, Any]):
+    """An environment with one choice: a reward of 2.6 at once, or a reward of 1 in each step until the time limit.
+
+    In the first step, the observation is 1, action 0 earns 2.6 and terminates the episode, and action 1 earns 1. In all
+    other steps, the observation is −1, and every action earns 1.
+    """
+
+    observation_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
+    action_space = gym.spaces.Discrete(2)
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Return the observation before the choice."""
+        super().reset(seed=seed)
+        self._is_first = True
+        return np.ones(1, np.float32), {}
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Return the observation after the choice, and the reward."""
+        at_once = self._is_first and int(action) == 0
+        self._is_first = False
+        return -np.ones(1, np.float32), 2.6 if at_once else 1.0, at_once, False, {}
+
+
+def choosing(subject: AlgorithmUnderTest, *, time_limit: int) -> AlgorithmUnderTest:
+    """Return the algorithm to be trained in :class:`Choice` with a time limit [steps].
+
+    Raises:
+        NotApplicable: The user chose the environment, or the algorithm does not support discrete actions.
+    """
+    _require_kit(subject)
+    if "Discrete" not in subject.record.action_spaces:
+        raise NotApplicable("the algorithm does not support discrete actions")
+    return replace(subject, id=EnvSpec("frobs_kit/Choice-v0", f"{__name__}:Choice", max_episode_steps=time_limit))
+
+
+def _require_kit(subject: AlgorithmUnderTest) -> None:
+    if not subject.has_kit_environment:
+        raise NotApplicable("this check requires one of the kit's own environments, whose difficulty is known")
+
+
+def aiming(subject: AlgorithmUnderTest, *, terminates: bool = False) -> AlgorithmUnderTest:
+    """Return the algorithm to be trained in :class:`Aim`.
+
+    Raises:
+        NotApplicable: The user chose the environment, so the algorithm may not support these spaces.
+    """
+    _require_kit(subject)
+    discrete = not isinstance(subject.untrained.action_space, gym.spaces.Box)
+    spec = EnvSpec(
+        "frobs_kit/Aim-v0",
+        f"{__name__}:Aim",
+        max_episode_steps=10,
+        kwargs={"discrete": discrete, "terminates": terminates},
+    )
+    return replace(subject, id=spec)
+
+
+def training_does_not_harm(subject: AlgorithmUnderTest) -> None:
+    """If the observation directly shows the best action, training does not make the actions worse.
+
+    All actions are inside an action space whose center is not 0.
+    """
+    aim = aiming(subject)
+    shown = np.linspace(-1.0, 1.0, _OBSERVATIONS, dtype=np.float32)[:, None]
+    trained, monitor = aim.train(aim.enough)
+    predicted = [algorithm.predict(shown)[0] for algorithm in (aim.untrained, trained)]
+    with closing(gym.make(aim.id)) as env:
+        space, scores = env.action_space, [env.unwrapped.rewards(shown, actions).mean() for actions in predicted]  # type: ignore[attr-defined]
+    outside = [
+        monitor.env.outside,
+        *(a for actions in predicted for a in actions if not space.contains(a.astype(space.dtype))),
+    ]
+    odd = next((actions for actions in outside if actions is not None), None)
+    expect(odd is None, f"an action is outside the action space {space}: {odd}; scale actions with low and high.")
+    expect(
+        scores[1] > scores[0] - _WORSE,
+        f"training for {aim.enough} steps on a trivial task changes the mean reward per step from "
+        f"{scores[0]:.2f} to {scores[1]:.2f}; check whether a loss is maximized instead of minimized.",
+    )

@@ -1,0 +1,125 @@
+"""Checks of rendered images."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from frobs_core.description import Body, Camera, Intrinsics
+from frobs_core.models import Box, Pose
+from frobs_core.util.arrays import Mask
+from frobs_core.util.errors import RenderingUnavailableError
+from frobs_devkit.testing.checks import Inconclusive, after, expect
+from frobs_devkit.testing.compare import expect_array, expect_close
+from frobs_devkit.testing.simulator.under_test import WALL, SimulatorUnderTest, verifies
+
+_RED = Body(geometry=Box((0.1, 0.2, 0.2)), pose=Pose(pos=(1.5, 0.5, 1.4)), rgba=(1.0, 0.0, 0.0, 1.0), kinematic=True)
+_CAMERA = Camera(pos=(0.0, 0.0, 1.0), target=(1.0, 0.0, 1.0))
+_ROLLED = replace(_CAMERA, up=(0.0, 1.0, 0.0))
+_SIZE = (48, 64)
+
+
+@verifies("cameras")
+def pictures_are_true(subject: SimulatorUnderTest) -> None:
+    """A red box has the correct position, color and segmentation ID, and a rolled camera rotates the image."""
+    cameras = {"front": _CAMERA, "rolled": _ROLLED}
+    with subject.build(bodies={"wall": WALL, "red": _RED}, cameras=cameras, num_threads=1) as (sim, _):
+        mask = np.arange(sim.num_envs) == 0
+        try:
+            shown = [one for one in sim.render_modalities if one != "depth"]  # depth_is_in_metres checks depth images
+            drawn = {modality: sim.render(mask, "front", _SIZE, modality)[0] for modality in shown}
+            rolled = _red(sim.render(mask, "rolled", _SIZE)[0])
+        except RenderingUnavailableError as error:
+            raise Inconclusive(str(error)) from error
+        red = _red(drawn["rgb"])  # (h, w)
+        expect(red.any(), "no pixel of the image is red, although a red box is in front of the camera.")
+        up, left = np.argwhere(red).mean(0)
+        expect(
+            up < 20 and left < 24, f"the red box is rendered at row {up:.0f}, column {left:.0f}, not at the upper left."
+        )
+        expect(
+            rolled.any(),
+            "no pixel of the image is red, although a red box is in front of a camera whose up vector is the y axis.",
+        )
+        up, right = np.argwhere(rolled).mean(0)
+        where = f"at row {up:.0f}, column {right:.0f}"
+        expect(
+            up < 20 and right > 40,
+            f"with the y axis as up vector, the red box is rendered {where}, not at the upper right.",
+        )
+        if "segmentation" in drawn:
+            numbers = drawn["segmentation"][..., 0]
+            (values, counts) = np.unique(numbers[red], return_counts=True)
+            own = values[counts.argmax()]
+            expect(counts.max() >= 0.7 * red.sum(), f"the red box has several segmentation IDs: {values}.")
+            expect(own != numbers[24, 32], f"the red box and the wall have the same segmentation ID, {own}.")
+
+
+@verifies("camera_intrinsics")
+def intrinsics_project_points(subject: SimulatorUnderTest) -> None:
+    """A red box appears at the pixel to which the camera's intrinsics project it, in images of two sizes."""
+    x, y, z = (1.5, 0.5, 1.4)  # [m] in front of, to the left of and above the origin
+    lens = Intrinsics(fx=90.0, fy=70.0, cx=45.0, cy=30.0, width=64, height=48)
+    column, row = lens.fx * -y / x + lens.cx, lens.fy * (1.0 - z) / x + lens.cy
+    box = replace(_RED, geometry=Box((0.02, 0.1, 0.1)), pose=Pose(pos=(x, y, z)))
+    with subject.build(bodies={"red": box}, cameras={"front": replace(_CAMERA, intrinsics=lens)}) as (sim, _):
+        for scale in (1, 2):
+            try:
+                shown = _red(sim.render(None, "front", (48 * scale, 64 * scale))[0])
+            except RenderingUnavailableError as error:
+                raise Inconclusive(str(error)) from error
+            expect(shown.any(), "no pixel of the image is red, although a red box is in front of the camera.")
+            expected = scale * np.array([row + 0.5, column + 0.5]) - 0.5
+            what = f"row and column of a red box in an image of {48 * scale} × {64 * scale} pixels"
+            expect_close(expected, np.argwhere(shown).mean(axis=0), 0.75 * scale, what)
+
+
+@verifies("cameras")
+@after("pictures_are_true")
+def fast_pictures_show_the_same(subject: SimulatorUnderTest) -> None:
+    """For each environment and image size, a fast image shows the same objects in the same places as a full image."""
+    with subject.build(bodies={"wall": WALL, "red": _RED}, cameras={"front": _CAMERA}) as (sim, _):
+        n = sim.num_envs
+        if subject.level("teleport"):
+            places = np.tile(_RED.pose.pos, (n, 1))
+            places[:, 2] -= 0.3 * np.arange(n)
+            sim.bodies["red"].write_pose(places)
+        try:
+            all_drawn = sim.render(None, "front", _SIZE, fast=True)
+            for size in ((84, 84), (48, 64), (84, 84)):
+                full, fast = (sim.render(None, "front", size, fast=only_fast) for only_fast in (False, True))
+                expect_array(fast, (n, *size, 3), np.uint8, "render(fast=True)")
+                for i in range(n):
+                    expect(
+                        _red(fast[i]).any(),
+                        f"no pixel of a fast {size} image is red, although a red box is in front of the camera.",
+                    )
+                    shown, expected = (np.argwhere(_red(one[i])).mean(axis=0) for one in (fast, full))
+                    what = f"row and column of a red box in a fast {size} image of environment {i}"
+                    expect_close(expected, shown, 2.0, what)
+            if subject.level("teleport"):
+                rows = [np.argwhere(_red(one))[:, 0].mean() for one in all_drawn]
+                lower = np.diff(rows) > 2.0  # each box is lower than the previous environment's box
+                expect(
+                    lower.all(),
+                    f"red boxes, each lower than the previous box, are rendered at the image rows {rows}, which must "
+                    "increase.",
+                )
+            for mask in (np.arange(n) == n - 1, np.zeros(n, np.bool_)):
+                some = sim.render(mask, "front", _SIZE, fast=True)
+                expect_array(some, (int(mask.sum()), *_SIZE, 3), np.uint8, f"render of the mask {mask}")
+                for i, image in zip(np.flatnonzero(mask).tolist(), some, strict=True):
+                    shown, expected = (np.argwhere(_red(one)).mean(axis=0) for one in (image, all_drawn[i]))
+                    expect_close(
+                        expected, shown, 2.0, f"row and column of a red box in environment {i}, rendered with a mask"
+                    )
+        except RenderingUnavailableError as error:
+            raise Inconclusive(str(error)) from error
+
+
+def _red(rgb: np.ndarray[Any, Any]) -> Mask:
+    red, green, blue = np.moveaxis(rgb.astype(np.int64), -1, 0)
+    mask: Mask = (red > 90) & (green < 0.6 * red) & (blue < 0.6 * red)
+    return mask
