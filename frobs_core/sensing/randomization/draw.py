@@ -34,7 +34,7 @@ class Distribution:
         high: Upper bound, or the value of a constant distribution.
         mean: Mean of the normal distribution before clipping.
         std: Standard deviation of the normal distribution before clipping.
-        whole: Whether to draw one whole number in [low, high] for each environment, instead of components.
+        integer: Whether to draw one whole number in [low, high] for each environment, instead of components.
     """
 
     shape: Shape
@@ -42,7 +42,7 @@ class Distribution:
     high: Floats
     mean: Floats = field(default_factory=lambda: np.zeros(()))
     std: Floats = field(default_factory=lambda: np.zeros(()))
-    whole: bool = False
+    integer: bool = False
 
     @property
     def width(self) -> int:
@@ -51,7 +51,7 @@ class Distribution:
 
     def draw(self, rng: RandomSource, stream: str, width: int, mask: Mask | None) -> Floats:
         """Draw numbers, (n, width), or (n,) if they are whole, for the n environments selected by ``mask``."""
-        if self.whole:
+        if self.integer:
             return rng.integers(stream, int(self.low), int(self.high) + 1, (), mask).astype(np.float64)
         match self.shape:
             case Shape.CONSTANT:
@@ -153,7 +153,7 @@ class Draw(Stateful):
 
     def __init__(self, setting: Setting, num_envs: int, control_timestep: float, width: int = 1) -> None:
         self.stream, self._when, self._distribution = setting.stream, setting.schedule.when, setting.distribution
-        self.numbers: Floats = np.zeros((num_envs,) if setting.distribution.whole else (num_envs, width))
+        self.numbers: Floats = np.zeros((num_envs,) if setting.distribution.integer else (num_envs, width))
         self._width = width
         self.changes_in_episode = self._when is When.INTERVAL
         self._shortest, self._longest = setting.schedule.steps(control_timestep, setting.stream)

@@ -158,7 +158,7 @@ class _ActionDelay(_Timed):
 
     def change(self) -> tuple[str, Distribution]:
         low, high = (np.array(float(end)) for end in self.steps)
-        return "set", Distribution(shape=Shape.UNIFORM, low=low, high=high, whole=True)
+        return "set", Distribution(shape=Shape.UNIFORM, low=low, high=high, integer=True)
 
 
 class _ObservationDelay(_ActionDelay):

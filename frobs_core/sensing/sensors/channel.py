@@ -112,9 +112,9 @@ def count_period(name: str, sensor: Sensor, control_timestep: float) -> int:
     steps = 1.0 / (sensor.rate * control_timestep)
     if steps < 1.0 and abs(round(1.0 / steps) * steps - 1.0) < _CLOSE:
         return 1
-    whole = round(steps)
-    if whole >= 1 and abs(steps - whole) < _CLOSE * whole:
-        return whole
+    nearest = round(steps)
+    if nearest >= 1 and abs(steps - nearest) < _CLOSE * nearest:
+        return nearest
     if steps > 1.0:
         rates = [1.0 / (control_timestep * int(steps)), 1.0 / (control_timestep * (int(steps) + 1))]
     else:
@@ -131,12 +131,12 @@ def count_period(name: str, sensor: Sensor, control_timestep: float) -> int:
 def count_delay(name: str, sensor: Sensor, control_timestep: float) -> int:
     """Return the number of control steps between taking a sample and reading it."""
     steps = sensor.delay / control_timestep
-    whole = round(steps)
-    if abs(steps - whole) > _CLOSE * max(whole, 1):
+    nearest = round(steps)
+    if abs(steps - nearest) > _CLOSE * max(nearest, 1):
         near = [f"{count * control_timestep:.10g}" for count in (int(steps), int(steps) + 1)]
         raise SettingError(
             f"sensors.{name}",
             f"a delay of {sensor.delay:g} s is not a multiple of the control_timestep of {control_timestep:g} s; "
             f"use {' or '.join(near)} s, as in sensors={{'{name}': {{'delay': {near[1]}}}}}.",
         )
-    return whole
+    return nearest
