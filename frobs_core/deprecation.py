@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from importlib import import_module
+from importlib.machinery import PathFinder
 from types import ModuleType
 from typing import Any, ParamSpec, TypeVar
 
@@ -120,7 +121,8 @@ def moved_names(module: str, places: Sequence[str] = (), stacklevel: int = 2) ->
     def find(name: str) -> Any:
         if name == "__all__":
             return [exported for place in places for exported in getattr(import_module(place), "__all__", ())]
-        if name.startswith("__"):
+        package = vars(sys.modules[module]).get("__path__") if module in sys.modules else None
+        if name.startswith("__") or (package and PathFinder.find_spec(f"{module}.{name}", package)):  # not imported yet
             raise AttributeError(f"module '{module}' has no attribute '{name}'")
         new = RENAMED.get(name, name)
         missing = ""
