@@ -90,7 +90,7 @@ def pages() -> dict[str, str]:
 
 def _page(name: str) -> str:
     module = import_module(name)
-    if "__getattr__" in vars(module):
+    if not set(getattr(module, "__all__", ())) <= vars(module).keys():  # imports names when they are first used
         return heading(name) + directive("automodule", name, no_members="") + _lazy(name)
     options = {"members": ""}
     if hasattr(module, "__path__"):
@@ -107,8 +107,8 @@ def _lazy(name: str) -> str:
     text = ""
     for exported in module.__all__:
         value = getattr(module, exported)
-        kind = "class" if inspect.isclass(value) else "function" if callable(value) else "data"
-        text += directive(f"auto{kind}", f"{name}.{exported}")
+        if inspect.isclass(value) or inspect.isfunction(value):
+            text += directive(f"auto{'class' if inspect.isclass(value) else 'function'}", f"{name}.{exported}")
     return text
 
 

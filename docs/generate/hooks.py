@@ -29,7 +29,7 @@ def page() -> str:
     text += table(["hook", "kind", "returns a list of"], kinds)
     text += heading("Hooks", "-") + directive("module", "frobs_core.plugins.hooks")
     text += "".join(directive("autofunction", f"frobs_core.plugins.hooks.{name}") for name in names())
-    text += heading("Records", "-") + directive("module", "frobs_core.plugins.records")
+    text += heading("Records", "-") + directive("module", "frobs_core.plugins.records", no_index="")
     records = ["Record", *(record.__name__ for record in RECORDS.values()), "EnvironmentRecord"]
     return text + "".join(
         directive("autoclass", f"frobs_core.plugins.records.{name}", no_members="") for name in records

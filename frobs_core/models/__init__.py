@@ -10,7 +10,6 @@ from frobs_core.models.defaults import (
     home_positions,
     usual_rank,
 )
-from frobs_core.models.gains import DriveGains
 from frobs_core.models.inertia import inertia_matrix, parallel_axis, symmetric_matrix
 from frobs_core.models.kinematics import (
     MOVING,
@@ -57,7 +56,6 @@ __all__ = [
     "Capsule",
     "Collision",
     "Cylinder",
-    "DriveGains",
     "Geometry",
     "Inertial",
     "Joint",

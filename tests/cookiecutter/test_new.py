@@ -87,10 +87,10 @@ def test_a_paced_simulator_is_run_and_not_trained_on(frobs: Frobs) -> None:
         (["robot", "irb120"], "the robot 'irb120' already exists"),
         (
             ["controller", "joint_position"],
-            "the controller 'joint_position' already exists: frobs-controllers 0.2.0 provides it",
+            "the controller 'joint_position' already exists: frobs-controllers 0.3.0 provides it",
         ),
-        (["simulator", "mujoco"], "the distribution 'frobs-sim-mujoco' already exists: version 0.2.0 is installed"),
-        (["robot", "abb"], "the distribution 'frobs-robots-abb' already exists: version 0.2.0 is installed"),
+        (["simulator", "mujoco"], "the distribution 'frobs-sim-mujoco' already exists: version 0.3.0 is installed"),
+        (["robot", "abb"], "the distribution 'frobs-robots-abb' already exists: version 0.3.0 is installed"),
         (["task", "my_reach", "--robot", "irb121"], "Did you mean 'irb120'?"),
         (["task", "my_drive", "--example", "wheeled", "--robot", "irb120"], "has no differential drive"),
         (["task", "my_drive", "--example", "wheeled"], "'frobs list robots'"),

@@ -9,17 +9,8 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from frobs_core.description import ALL, EndEffector, Robot
-from frobs_core.models import (
-    DriveGains,
-    RobotModel,
-    Vector3,
-    default_gains,
-    default_tcp,
-    home_positions,
-    joint_path,
-    load_model,
-)
+from frobs_core.description import ALL, DriveGains, EndEffector, Robot
+from frobs_core.models import RobotModel, Vector3, default_gains, default_tcp, home_positions, joint_path, load_model
 from frobs_core.util.errors import UnsuitableRobotError, check_name
 from frobs_core.util.files import cache_folder, write_text
 
