@@ -68,11 +68,7 @@ def algorithm(name: str) -> str:
 def paced_simulator(name: str) -> str:
     """Return ``templates/my_paced_simulator.py`` renamed and without its record, which is in ``plugin.py``."""
     text = plain("my_paced_simulator.py")
-    for line in (
-        "from frobs_core.plugins.capabilities import Level\n",
-        "from frobs_core.plugins.records import SimulatorRecord\n",
-    ):
-        text = text.replace(line, "")
+    text = text.replace("from frobs_core.plugins.records import Level, SimulatorRecord\n", "")
     before, _, rest = text.partition("RECORD = SimulatorRecord(")
     return renamed(before + rest.partition("\n)\n\n")[2], "my_paced_simulator", name)
 

@@ -222,3 +222,12 @@ def ignore_warnings_of_rospy(items: list[pytest.Item], folder: Path) -> None:
     for item in items:
         if item.path.is_relative_to(folder):
             item.add_marker(pytest.mark.filterwarnings(*(f"ignore::{kind}" for kind in kinds), ours))
+
+
+@pytest.fixture(
+    scope="module",
+    params=["mujoco", pytest.param("gazebo", marks=[pytest.mark.slow, pytest.mark.needs("gazebo")])],
+)
+def simulator(ros: None, request: pytest.FixtureRequest) -> str:
+    """What computes behind the bridge: MuJoCo, and a real Gazebo 11."""
+    return str(request.param)

@@ -160,15 +160,6 @@ def own_master(rosmaster: str) -> Iterator[str]:
     processes.stop(processes.owned())
 
 
-@pytest.fixture(
-    scope="module",
-    params=["mujoco", pytest.param("gazebo", marks=[pytest.mark.slow, pytest.mark.needs("gazebo")])],
-)
-def simulator(ros: None, request: pytest.FixtureRequest) -> str:
-    """What computes behind the bridge: MuJoCo, and a real Gazebo 11."""
-    return str(request.param)
-
-
 @pytest.fixture(scope="module")
 def gazebo(own_master: str, simulator: str, monkeypatch_module: pytest.MonkeyPatch) -> Iterator[None]:
     """The bridge, paused, launched in gazebo_ros's place."""

@@ -30,7 +30,7 @@ def test_the_messages_of_markers_are_a_part_and_named_where_ros_is_missing(ros: 
     assert "python3-visualization-msgs" in PACKAGES
 
 
-def test_the_doctor_sees_a_master(own_master: str) -> None:
+def test_the_doctor_sees_a_master(rosmaster: str) -> None:
     assert examine_ros().master_answers
 
 
