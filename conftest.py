@@ -15,7 +15,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 sys.path.insert(0, str(Path(__file__).parent / "tests"))
-pytest_plugins = ["frobs_devkit.testing.fixtures", "optional_parts"]
+pytest_plugins = ["frobs_devkit.testing.fixtures", "optional_parts", "ros_graph"]
 
 # Threads of PyTorch and NumPy wait actively for each other: with other tests on the same cores, one is much faster. This is
 # also for the processes that tests start.

@@ -196,7 +196,7 @@ def _wait(condition: Callable[[], bool], timeout: float, complaint: str) -> None
         time.sleep(0.05)
 
 
-@pytest.fixture(scope="module", autouse=True)
+@pytest.fixture(scope="module")
 def rubbish() -> Iterator[None]:
     """Leave nothing to the next module: neither parameters, nor what rospy leaves to the garbage collector.
 
