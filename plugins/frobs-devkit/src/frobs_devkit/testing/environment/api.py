@@ -16,6 +16,7 @@ from typing import Any
 import gymnasium as gym
 from gymnasium.utils.env_checker import check_env as gymnasium_check_env
 
+from frobs_core.deprecation import FrobsDeprecationWarning
 from frobs_core.util.errors import UnknownParameterError
 from frobs_devkit.testing.checks import CheckFailure, Inconclusive, after, expect_raises
 from frobs_devkit.testing.compare import expect_same
@@ -118,6 +119,7 @@ def fresh_process(subject: EnvUnderTest) -> None:
 def _without_a_warning(call: Callable[[], Any]) -> None:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
+        warnings.simplefilter("ignore", FrobsDeprecationWarning)  # nothing_deprecated_is_used judges these
         try:
             call()
         except Exception as error:
