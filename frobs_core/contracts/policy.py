@@ -17,7 +17,7 @@ Environment: TypeAlias = gym.Env[Any, Any] | gym.vector.VectorEnv[Any, Any, Any]
 
 
 class Policy(ABC):
-    """Base class of policies. :func:`frobs_core.load_policy` opens a policy by name or path.
+    """Base class of policies. :func:`~frobs_core.kernel.policies.load_policy` opens a policy by name or path.
 
     A policy acts in all environments of a vector environment at once. A single environment is a batch of size 1.
     Whatever a policy remembers about an episode lives in the policy, one row per environment. Only a policy whose

@@ -71,7 +71,7 @@ class Simulation(Stateful, ABC):
             list, for example with :class:`~frobs_core.contracts.AppliedWrenches`.
         state: All arrays that ``snapshot`` and ``restore`` copy, by name, or None if the simulator overrides these
             methods or does not support ``snapshot``.
-        sensor_wrenches: Readings of all :attr:`Placement.force_torque_sensors` by ``"robot/sensor"``, (num_envs, 6)
+        sensor_wrenches: Readings of all ``Placement.force_torque_sensors`` by ``"robot/sensor"``, (num_envs, 6)
             each, or None if the simulator does not support force-torque sensors.
     """
 

@@ -14,16 +14,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING
 
 from frobs_core.deprecation import moved_names
 from frobs_core.plugins.collection import Plugins
 from frobs_core.plugins.discovery import Candidate, normalize
 from frobs_core.plugins.known import install_command
 from frobs_core.plugins.loading import import_plugin, read_records
-from frobs_core.plugins.records import Record
 from frobs_core.plugins.report import PluginReport, environment_ids
 from frobs_core.plugins.requirements import core_versions, is_made_for
 from frobs_core.util.errors import PluginError
+
+if TYPE_CHECKING:
+    from frobs_core.plugins.records import Record
 
 __getattr__ = moved_names(__name__)
 
@@ -31,7 +34,6 @@ __all__ = [
     "Candidate",
     "PluginReport",
     "Plugins",
-    "Record",
     "active",
     "core_versions",
     "environment_ids",

@@ -48,7 +48,7 @@ def open_document(
     xacro_args: Mapping[str, str] | None = None,
     package_paths: Mapping[str, str | Path] | None = None,
 ) -> tuple[Element, Path, Packages]:
-    """Parse a model file and expand its macros. For the arguments, see :func:`read_model`.
+    """Parse a model file and expand its macros. For the arguments, see :func:`frobs_core.models.load_model`.
 
     Returns:
         The root element, the file's absolute path, and the locations of the packages that the file refers to.

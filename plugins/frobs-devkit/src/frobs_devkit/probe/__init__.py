@@ -20,7 +20,7 @@ from frobs_core.plugins import Candidate
 __all__ = ["GRACE", "NO_PLUGINS", "Probe", "probe"]
 
 NO_PLUGINS = "FROBS_NO_PLUGINS"
-"""Environment variable that, if set, prevents :mod:`frobs_core` from loading plugins when it is imported."""
+"""Environment variable that, if set, prevents ``frobs_core`` from loading plugins when it is imported."""
 
 GRACE = 10.0
 """Time for starting and exiting the process, in addition to the time limit [s]."""

@@ -129,7 +129,7 @@ def check_policy(policy: str | Path, environment: str = "", **kwargs: Any) -> li
     """Return the conformance checks for a policy.
 
     Args:
-        policy: Name or path of the policy, see :func:`frobs_core.load_policy`.
+        policy: Name or path of the policy, see :func:`~frobs_core.kernel.policies.load_policy`.
         environment: Gymnasium ID of the environment in which the policy acts. Without it, only the record is checked.
         **kwargs: Keyword arguments of the environment.
     """

@@ -53,7 +53,7 @@ def evaluation_job(
 
     Args:
         run: Run folder or bundle. If ``policy`` is given, an environment ID.
-        policy: Name or path of the policy, see :func:`frobs_core.load_policy`.
+        policy: Name or path of the policy, see :func:`~frobs_core.kernel.policies.load_policy`.
         settings: Settings of the environment, if ``policy`` has no settings of its own.
         trust: Whether a bundle may specify files, modules and wrappers to import.
         keywords: Keyword arguments for :func:`frobs_train.evaluate`.

@@ -58,7 +58,7 @@ class Job:
 
     Attributes:
         name: Name in progress reports and errors, such as ``"seed 3"``.
-        function: ``"module:function"``. The function receives the arguments and ``report``, a :data:`Report`.
+        function: ``"module:function"``. The function receives the arguments and ``report``, a ``Report``.
         arguments: Keyword arguments that can be pickled. Paths must be absolute.
         memory: Estimated memory of the job [B].
     """

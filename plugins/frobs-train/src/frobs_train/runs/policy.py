@@ -149,10 +149,10 @@ def open_policy(
 
     Args:
         target: Run folder or bundle. If ``policy`` is given, the Gymnasium ID of the environment.
-        policy: Name or path of the policy, see :func:`frobs_core.load_policy`.
+        policy: Name or path of the policy, see :func:`~frobs_core.kernel.policies.load_policy`.
         settings: Assignments to keys of :class:`frobs_train.RunConfig`, for a policy without settings of its own.
         algorithm: Algorithm of a model file.
-        trust: See :class:`TrainedPolicy`.
+        trust: See ``TrainedPolicy``.
 
     Returns:
         The run or bundle, or a :class:`~frobs_train.runs.policy_run.PolicyRun` for other policies.
@@ -180,7 +180,7 @@ def open_policy(
 def acting_policy(run: Run, env: Any, checkpoint: str | int = "newest", deterministic: bool = True) -> Policy:
     """Return the policy of a run or of what :func:`open_policy` returns, ready to act in an environment.
 
-    For ``checkpoint``, ``deterministic`` and errors, see :class:`TrainedPolicy`.
+    For ``checkpoint``, ``deterministic`` and errors, see ``TrainedPolicy``.
     """
     options: dict[str, Any] = {} if checkpoint == "newest" else {"checkpoint": checkpoint}
     if not deterministic:
@@ -209,7 +209,7 @@ def load_algorithm(
         run: The run.
         observation_space: Observation space of a single environment in which the policy will act.
         action_space: Action space of a single environment in which the policy will act.
-        checkpoint: See :class:`TrainedPolicy`.
+        checkpoint: See ``TrainedPolicy``.
 
     Returns:
         The algorithm, and the number of environment steps for which it was trained.

@@ -17,7 +17,7 @@ class PolicyRun(Run):
     """A policy in an environment, used through the interface of a training run.
 
     Args:
-        policy: Name or path of the policy, see :func:`frobs_core.load_policy`.
+        policy: Name or path of the policy, see :func:`~frobs_core.kernel.policies.load_policy`.
         environment: Gymnasium ID.
         settings: Assignments to keys of :class:`frobs_train.RunConfig`, such as ``"environment_kwargs.robot=ur5"``,
             ``"seed=3"`` or ``"wrappers=[…]"``.
