@@ -25,6 +25,7 @@ myst_heading_anchors = 3
 
 autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
+autodoc_type_aliases = {"Policy": "frobs_core.contracts.Policy"}  # frobs-deploy has a class with the same name
 autodoc_default_options = {"members": True, "show-inheritance": True}
 napoleon_google_docstring = True
 napoleon_numpy_docstring = False
@@ -36,8 +37,6 @@ toc_object_entries_show_parents = "hide"
 
 # Roles that name other packages are not looked up: that would need their inventories from the network. Of the plugins,
 # only the classes that their records name have a section.
-suppress_warnings = ["ref.python"]  # "Policy" is a class of the core and of frobs-deploy, and the link may be to either
-
 nitpick_ignore_regex = [
     (
         "py:.*",

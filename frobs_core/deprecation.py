@@ -74,10 +74,10 @@ _SAME_NAME = (
     ("kernel", ("added_terms", "compose", "config", "copying", "inputs", "robot_config", "vector_env")),
     ("plugins", ("registry",)),
     ("sensing", ("randomization", "sensors")),
-    ("util", ("arrays", "budgets", "errors", "files", "install_hints", "keywords")),
-    ("util", ("plain", "random", "rotations", "validation", "yaml")),
+    ("util", ("arrays", "budgets", "errors", "files", "install_hints", "keywords", "plain", "random", "rotations")),
+    ("util", ("validation", "yaml")),
 )
-"""Modules that lay at the top of ``frobs_core`` in version 0.2, by the package that contains them now."""
+"""Modules that were at the top of ``frobs_core`` in version 0.2, by the package that contains them now."""
 
 MOVED: Mapping[str, Sequence[str]] = {
     **{f"frobs_core.{name}": [f"frobs_core.{room}.{name}"] for room, names in _SAME_NAME for name in names},
@@ -97,7 +97,9 @@ MOVED: Mapping[str, Sequence[str]] = {
     "frobs_core.specs": ["frobs_core.plugins.records"],
     "frobs_core.wrappers": ["frobs_rl_compat.wrappers"],
 }
-"""Public modules of version 0.2, and the modules that define their names now. Some modules still exist, with fewer names."""
+"""Public modules of version 0.2, and the modules that define their names now. Some of them still exist, with fewer
+names.
+"""
 
 RENAMED: Mapping[str, str] = {
     "AbilityRecord": "CapabilityRecord",
@@ -157,16 +159,17 @@ def keep_moved_modules(moved: Mapping[str, Sequence[str]] = MOVED) -> None:
             setattr(sys.modules[parent], child, module)
 
 
-def renamed_attribute(new: str) -> Any:
+def renamed_attribute(old: str, new: str) -> Any:
     """Return a property for the name of an attribute in version 0.2. Reading it causes a warning.
 
     Args:
+        old: Name of the attribute in version 0.2.
         new: Name of the attribute now.
     """
 
     def read(part: Any) -> Any:
         cls = type(part).__qualname__
-        warn_deprecated(f"an earlier name of {cls}.{new}", instead=f"{cls}.{new}", since="0.3", removed_in="0.4")
+        warn_deprecated(f"{cls}.{old}", instead=f"{cls}.{new}", since="0.3", removed_in="0.4")
         return getattr(part, new)
 
     return property(read)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from frobs_core.description.robot import Robot
 from frobs_core.models.model import Mesh, RobotModel, Vector3
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import UnsuitableRobotError
+from frobs_core.util.errors import ModelFileError, UnsuitableRobotError
 
 
 class ModelReader(ABC):
@@ -52,4 +52,4 @@ class ModelReader(ABC):
         Raises:
             ModelFileError: The mesh cannot be read, or its surface is not closed.
         """
-        raise NotImplementedError
+        raise ModelFileError(mesh.path, "has a format whose solids cannot be measured.")

@@ -32,8 +32,8 @@ class StepContext(Stateful):
             unit of each joint's command mode [rad, rad/s or N·m for revolute joints; m, m/s or N for prismatic joints].
     """
 
-    given_action = renamed_attribute("raw_action")
-    previous_given_action = renamed_attribute("previous_raw_action")
+    given_action = renamed_attribute("given_action", "raw_action")
+    previous_given_action = renamed_attribute("previous_given_action", "previous_raw_action")
 
     def __init__(self, rng: RandomSource, action_space: gym.Space, commands: Mapping[str, Floats]) -> None:  # type: ignore[type-arg]
         self.rng = rng

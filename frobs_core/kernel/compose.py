@@ -107,8 +107,8 @@ def plan(config: EnvConfig, num_envs: int, same_step: bool = False) -> Plan:
     The arguments and the errors are those of :func:`compose`.
     """
     check_num_envs(num_envs)
-    simulator = find_record(SimulatorRecord, "simulator", config.simulator)
-    task = find_record(TaskRecord, "task", config.task)
+    simulator = find_record(SimulatorRecord, config.simulator)
+    task = find_record(TaskRecord, config.task)
     settings = read_settings(config.randomize)
     observed = read_observations(config.observations)
     robots = config.robot_configs()

@@ -38,7 +38,7 @@ class CopiedByArguments:
         Raises:
             EnvironmentCopyError: The simulator is paced.
         """
-        simulator = find_record(SimulatorRecord, "simulator", self.config.simulator)
+        simulator = find_record(SimulatorRecord, self.config.simulator)
         if simulator.is_paced:
             raise EnvironmentCopyError(f"simulator '{simulator.name}' is paced, so a copy would command the same robot")
         return _build, (type(self), *self._arguments), {"spec": self.spec}

@@ -68,7 +68,7 @@ def find_policy(name: str | Path) -> PolicyRecord:
             raise PluginError(f"policy '{text}' opens paths; write the path instead of the name, such as 'runs/first'.")
         return record
     ending = f"{text}/" if os.path.isdir(text) else text
-    records = cast("Mapping[str, PolicyRecord]", plugins.records("policy"))
+    records = plugins.records(PolicyRecord)
     fits = [(len(end), key) for key, record in records.items() for end in record.suffixes if ending.endswith(end)]
     longest = [key for length, key in fits if length == max(fits)[0]]
     if not fits:

@@ -222,7 +222,7 @@ class RobotConfig(RobotKeywords):
         for group in (*chosen, *keywords):
             check_name(f"joint group of robot '{robot.name}'", group, groups)
         found = {
-            group: (find_record(ControllerRecord, "controller", part), keywords.get(group, {}))
+            group: (find_record(ControllerRecord, part), keywords.get(group, {}))
             for group in groups
             if (part := chosen.get(group))
         }
@@ -289,14 +289,14 @@ def _links_of_wheels(robot: str, drive: DifferentialDrive, model: RobotModel) ->
     return [joint.child for joint in model.joints if joint.name in driven]
 
 
-def find_record(cls: type[AnyRecord], kind: str, part: str | Record) -> AnyRecord:
-    """Return a record of a class and kind by its name. A record is returned unchanged.
+def find_record(cls: type[AnyRecord], part: str | Record) -> AnyRecord:
+    """Return a record of a class by its name. A record is returned unchanged.
 
     Raises:
         UnknownNameError: No plugin provides the name.
         ParameterValueError: ``part`` is neither a name nor a record of this class.
     """
-    record = plugins.get_record(kind, part) if isinstance(part, str) else part
+    record = plugins.get_record(cls.kind, part) if isinstance(part, str) else part
     if not isinstance(record, cls):
-        raise ParameterValueError(kind, part, f"a name or a {cls.__name__}")
+        raise ParameterValueError(cls.kind, part, f"a name or a {cls.__name__}")
     return record

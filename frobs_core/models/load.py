@@ -66,7 +66,7 @@ def find_reader(path: str | Path, content: str = "robot") -> Any:
     """
     suffix = PurePath(path).suffix.lower()
     suffixes: list[str] = []
-    for record in cast("Mapping[str, ModelFormatRecord]", plugins.records("model_format")).values():
+    for record in plugins.records(ModelFormatRecord).values():
         if record.content == content:
             if suffix in record.suffixes:
                 return record.load()()

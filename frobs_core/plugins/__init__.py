@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar, overload
 
 from frobs_core.deprecation import moved_names
 from frobs_core.plugins.collection import Plugins
@@ -27,6 +27,8 @@ from frobs_core.util.errors import PluginError
 
 if TYPE_CHECKING:
     from frobs_core.plugins.records import Record
+
+AnyRecord = TypeVar("AnyRecord", bound="Record")
 
 __getattr__ = moved_names(__name__)
 
@@ -74,11 +76,18 @@ def reports() -> tuple[PluginReport, ...]:
     return _active.reports()
 
 
-def records(kind: str) -> Mapping[str, Record]:
+@overload
+def records(kind: str) -> Mapping[str, Record]: ...
+@overload
+def records(kind: type[AnyRecord]) -> Mapping[str, AnyRecord]: ...
+def records(kind: str | type[Record]) -> Mapping[str, Record]:
     """Return the records of a kind by name, or by ``"distribution:name"`` if two distributions provide the same name.
 
+    Args:
+        kind: Name of the kind, or the class of its records.
+
     Raises:
-        UnknownNameError: The kind does not exist.
+        UnknownNameError: The named kind does not exist.
     """
     return _active.records(kind)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import cast
 
 from frobs_core import plugins
 from frobs_core.plugins.records import CapabilityRecord, Level
@@ -48,10 +47,10 @@ def known_capabilities() -> Mapping[str, CapabilityRecord]:
         name: CapabilityRecord(name=name, summary=summary, methods=tuple(METHODS.get(name, ())))
         for name, summary in CAPABILITIES.items()
     }
-    for name, record in plugins.records("capability").items():
+    for name, record in plugins.records(CapabilityRecord).items():
         clashes = name in CAPABILITIES
         key = f"{plugins.get_report('capability', name).distribution}:{name}" if clashes else name
-        found[key] = cast("CapabilityRecord", record)
+        found[key] = record
     return found
 
 

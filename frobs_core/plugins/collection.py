@@ -94,10 +94,12 @@ class Plugins:
         assert self._reports is not None
         return self._reports
 
-    def records(self, kind: str) -> Mapping[str, Record]:
+    def records(self, kind: str | type[Record]) -> Mapping[str, Record]:
         """Return the records of a kind by name; see :func:`frobs_core.plugins.records`."""
+        offered = self._offers_of(kind)
+        kind = kind if isinstance(kind, str) else kind.kind
         found = {}
-        for name, offers in self._offers_of(kind).items():
+        for name, offers in offered.items():
             for distribution, report in offers.items():
                 key = name if len(offers) == 1 else f"{distribution}:{name}"
                 found[key] = _record(report, kind, name)
@@ -138,9 +140,11 @@ class Plugins:
         """Return one line for each plugin that is not loaded, with its name, distribution, version and cause."""
         return tuple(f"'{r.name}' of {r.origin}: {r.cause}" for r in self.reports() if r.state != "loaded")
 
-    def _offers_of(self, kind: str) -> Mapping[str, Mapping[str, PluginReport]]:
+    def _offers_of(self, kind: str | type[Record]) -> Mapping[str, Mapping[str, PluginReport]]:
         """For each name of a kind, return the reports of the plugins that provide the name, by distribution."""
         self.reports()
+        if not isinstance(kind, str):
+            return self._offers.get(kind.kind, {})
         check_name("kind", kind, self._offers)
         return self._offers[kind]
 

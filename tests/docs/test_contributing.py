@@ -1,4 +1,4 @@
-"""The three changes that CONTRIBUTING.md shows: each can be applied, and does what the text says."""
+"""The table of CONTRIBUTING.md names what exists, and each change that it shows does what the text says."""
 
 from __future__ import annotations
 
@@ -10,13 +10,15 @@ import sys
 from pathlib import Path
 
 import pytest
+from pages import ROOT
 
-ROOT = Path(__file__).parents[2]
-PATCHES = re.findall(r"```diff\n(.*?)```", (ROOT / "CONTRIBUTING.md").read_text("utf-8"), re.DOTALL)
+TEXT = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+PATH = re.compile(r"`((?:frobs_core|plugins|docs|tests|templates|cookiecutter)/[\w./-]*)`")
+PATCHES = re.findall(r"```diff\n(.*?)```", TEXT, re.DOTALL)
 
 MAKE = "import gymnasium as gym; env = gym.make('frobs_core:frobs/Irb120Reach-v0', {}).unwrapped; env.reset(seed=0)\n"
 
-HYPER_PARAMETER = """
+HYPERPARAMETER = """
 import gymnasium as gym
 from frobs_algos_sb3.ppo import PPO
 env = gym.make_vec("frobs_core:frobs/Irb120Reach-v0", num_envs=2)
@@ -52,10 +54,21 @@ assert "speed" in env.task.reward_meanings
 )
 
 
+def test_the_table_names_existing_files() -> None:
+    rows = [line for line in TEXT.splitlines() if line.startswith("| ")]
+    paths = [path for row in rows for path in PATH.findall(row)]
+    assert len(paths) > 40
+    assert [path for path in paths if not (ROOT / path).exists()] == []
+
+
+def test_the_table_names_every_distribution() -> None:
+    assert [path.name for path in ROOT.glob("plugins/*") if path.is_dir() and f"plugins/{path.name}/" not in TEXT] == []
+
+
 @pytest.mark.parametrize(
     ("number", "code"),
     [
-        pytest.param(0, HYPER_PARAMETER, id="hyper-parameter"),
+        pytest.param(0, HYPERPARAMETER, id="hyperparameter"),
         pytest.param(1, CAMERA, id="camera", marks=pytest.mark.needs("rendering")),
         pytest.param(2, REWARD, id="reward"),
     ],

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 from frobs_core import plugins
 from frobs_core.plugins.records import ParameterRecord
@@ -40,7 +40,7 @@ CAPABILITY: Mapping[str, str] = {
 
 def physical_parameters() -> Mapping[str, str]:
     """Return all physical parameters of the core and of plugins, each with the required simulator capability."""
-    added = {name: cast(ParameterRecord, record).capability for name, record in plugins.records("parameter").items()}
+    added = {name: record.capability for name, record in plugins.records(ParameterRecord).items()}
     return {**added, **CAPABILITY}
 
 

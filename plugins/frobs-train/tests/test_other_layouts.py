@@ -33,7 +33,7 @@ def test_a_layout_in_the_record_of_an_algorithm_is_deprecated(file: Path, monkey
         cast("AlgorithmRecord", plugins.get_record("algorithm", "ppo")), config_files={"mine.steps": f"{__name__}:read"}
     )
     monkeypatch.setitem(sys.modules, __name__, SimpleNamespace(read=read))
-    monkeypatch.setattr(plugins, "records", lambda kind: {"ppo": record})
+    monkeypatch.setattr(plugins, "records", lambda cls: {"ppo": record} if cls is AlgorithmRecord else {})
     with pytest.warns(FrobsDeprecationWarning, match=r"config_files of the algorithm 'ppo'.*ConfigLayoutRecord"):
         settings, translated = other_layouts.read_config_file(file)
     assert (settings["algorithm"], settings["steps"], translated) == ("ppo", 7, True)

@@ -12,22 +12,16 @@ def complete_id(incomplete: str) -> list[str]:
     from frobs_core import plugins
     from frobs_core.plugins.records import TaskRecord
 
-    ids = [
-        environment.id
-        for record in plugins.records("task").values()
-        if isinstance(record, TaskRecord)
-        for environment in record.environments
-    ]
+    ids = [environment.id for record in plugins.records(TaskRecord).values() for environment in record.environments]
     return sorted(id for id in ids if id.startswith(incomplete))
 
 
 def complete_policy(incomplete: str) -> list[str]:
     """Return the names of policies that begin with the given text. Policies that open paths have no such name."""
-    from typing import Any
-
     from frobs_core import plugins
+    from frobs_core.plugins.records import PolicyRecord
 
-    records: Any = plugins.records("policy")
+    records = plugins.records(PolicyRecord)
     return [name for name, record in records.items() if name.startswith(incomplete) and not record.suffixes]
 
 

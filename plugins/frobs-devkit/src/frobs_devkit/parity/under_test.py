@@ -200,8 +200,8 @@ def _simulator(name: str) -> SimulatorRecord:
 
 def _lacks(name: str, record: SimulatorRecord, names: Mapping[str, Any], task: Task) -> str:
     """Return the requirements of the task and the controller that a simulator does not support, as text."""
-    needs = needs_of_task(find_record(TaskRecord, "task", names["task"]), task)
-    controller = find_record(ControllerRecord, "controller", names["controller"])
+    needs = needs_of_task(find_record(TaskRecord, names["task"]), task)
+    controller = find_record(ControllerRecord, names["controller"])
     needs[f"controller '{controller.name}'"] = controller.needs
     try:
         check_capabilities(name, record.capabilities, needs)

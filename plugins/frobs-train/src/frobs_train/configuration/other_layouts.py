@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from frobs_core import plugins
 from frobs_core.deprecation import warn_deprecated
@@ -27,9 +27,10 @@ def read_config_file(file: Path | str, algorithm: str | None = None) -> tuple[Co
         Settings with the keys of :class:`frobs_train.RunConfig`, and whether the file was translated.
     """
     mapping = load_yaml(file)
-    layouts = {layout.algorithm: layout for layout in _layouts() if _has(mapping, layout.key)}
+    known = list(_layouts())
+    layouts = {layout.algorithm: layout for layout in known if _has(mapping, layout.key)}
     if not layouts:
-        if "model_params" in mapping and not any(layout.key.startswith("model_params.") for layout in _layouts()):
+        if "model_params" in mapping and not any(layout.key.startswith("model_params.") for layout in known):
             hint = local_install_hint("pip install frobs-rl-compat")
             raise ConfigFileError(file, None, f"the file has the layout of FRobs_RL; to read it: {hint}.")
         return mapping, False
@@ -50,9 +51,8 @@ def read_config_file(file: Path | str, algorithm: str | None = None) -> tuple[Co
 
 def _layouts() -> Iterator[ConfigLayoutRecord]:
     """Yield the layouts of all plugins, and those that plugins of version 0.2 declare in the records of algorithms."""
-    for report in plugins.reports():
-        yield from cast("Sequence[ConfigLayoutRecord]", report.records.get(ConfigLayoutRecord.kind, ()))
-    for name, record in cast("Mapping[str, AlgorithmRecord]", plugins.records("algorithm")).items():
+    yield from plugins.records(ConfigLayoutRecord).values()
+    for name, record in plugins.records(AlgorithmRecord).items():
         for key, function in record.config_files.items():
             instead = "a frobs_train.ConfigLayoutRecord from the hook frobs_extensions"
             warn_deprecated(f"config_files of the algorithm '{name}'", instead=instead, since="0.3", removed_in="0.4")

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import gymnasium as gym
 
@@ -54,7 +54,7 @@ class ModelFile(PolicyRun):
 
 def is_model_file(path: Path) -> bool:
     """Return whether an installed algorithm reads files with this suffix."""
-    records = cast("Mapping[str, AlgorithmRecord]", plugins.records("algorithm"))
+    records = plugins.records(AlgorithmRecord)
     return not path.is_dir() and any(path.suffix in record.model_files for record in records.values())
 
 
@@ -74,7 +74,7 @@ def load_model_file(
 
 def _opener(file: Path, algorithm: str | None) -> str:
     """Return the name of the function, defined in the algorithm's record, that opens a file."""
-    records = cast("Mapping[str, AlgorithmRecord]", plugins.records("algorithm"))
+    records = plugins.records(AlgorithmRecord)
     if algorithm is not None:
         record = algorithm_record(algorithm)
         records = {record.name: record}
