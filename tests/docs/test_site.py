@@ -21,7 +21,7 @@ from test_documented import DATACLASSES, ERRORS, HOOKS, short
 
 from frobs_core import plugins
 from frobs_core.plugins import capabilities, registry
-from frobs_core.plugins import records as specs
+from frobs_core.plugins.records import KINDS, EnvironmentRecord
 
 pytest.importorskip("sphinx", reason="the documentation is built with Sphinx; see requirements-dev.txt")
 
@@ -133,7 +133,7 @@ def test_hooks_records_and_errors_are_in_the_reference(inventory: set[str]) -> N
 
 
 def test_fields_are_in_the_reference(inventory: set[str], reference: str) -> None:
-    for record in (*specs.KINDS.values(), specs.EnvironmentRecord):
+    for record in (*KINDS.values(), EnvironmentRecord):
         for field in dataclasses.fields(record):
             assert re.search(rf"\b{field.name}\b", reference), f"{record.__name__}.{field.name}"
 
@@ -152,7 +152,7 @@ def test_environments_have_a_page_and_parts_a_section(site: Path, reference: str
     folder = site / "reference" / "generated"
     for env_id in registry.environments():
         assert (folder / "environments" / f"{env_id.rpartition('/')[2].lower()}.html").exists()
-    for kind in specs.KINDS:
+    for kind in KINDS:
         for part in plugins.records(kind):
             assert f'id="{kind}-{part.replace("_", "-")}"' in reference, part
 

@@ -71,10 +71,10 @@ TWO_ROBOTS: Mapping[str, Any] = {
 """Keywords of an environment with two robots and terms that the user adds."""
 
 _SHAPES = ("actions_move_their_joints", "terms_fill_their_columns")
-_PARTS: Mapping[str, Sequence[str]] = {
+PARTS: Mapping[str, Sequence[str]] = {
     "control": (*_SHAPES, "snapshot_continues", "reset_forgets_history"),
     "joint_group": _SHAPES,
-    "attachment": _SHAPES,
+    "mount": _SHAPES,
     "observation": _SHAPES,
     "step_context": (*_SHAPES, "reset_forgets_history", "observation_elements_vary"),
 }
@@ -135,12 +135,12 @@ def checks_for(module: str) -> Iterator[Check]:
     if package == "templates" or name == "pacing":
         yield from check_simulator(importlib.import_module("templates.my_paced_simulator").RECORD)
         return
-    if name in _PARTS:
+    if name in PARTS:
         yield from check_controller("joint_delta_position")
         yield from check_controller("joint_position")
         yield from check_robot(TOOL, [])
         for keywords in (GROUPED, TWO_ROBOTS):
-            yield from _only(_PARTS[name], check_env("frobs/Env-v0", task="reach", **keywords))
+            yield from _only(PARTS[name], check_env("frobs/Env-v0", task="reach", **keywords))
     elif name in ("controller", "discrete"):
         yield from check_controller("discrete")
     elif package in ("frobs_sim_mujoco", "frobs_core.contracts"):

@@ -16,7 +16,7 @@ import outsider
 import pytest
 import survivors
 from plant import DRAWN, FOREIGN, PAGE, SEED, STRANGERS
-from planting import source_of
+from planting import PARTS, source_of
 
 MEASURE = Path(__file__).with_name("plant.py")
 BY_HAND = list(by_hand.faults())
@@ -42,6 +42,10 @@ def test_there_are_faults_of_every_part_and_each_compiles() -> None:
     for fault in BY_HAND:
         ast.parse(fault.source)
         assert fault.source != source_of(fault.module)
+
+
+def test_parts_that_have_checks_of_their_own_are_modules() -> None:
+    assert {*PARTS} <= {fault.module.rpartition(".")[2] for fault in BY_HAND}
 
 
 @pytest.mark.slow

@@ -157,7 +157,7 @@ def test_a_cache_that_cannot_be_written_costs_only_time(tmp_path, monkeypatch):
 def test_several_processes_may_fill_the_cache_at_once(tmp_path, cache):
     path = two_objects(tmp_path)
     code = (
-        "import sys; from pathlib import Path; from frobs_core.models import meshes\n"
+        "import sys; from pathlib import Path; from frobs_models.meshes import mesh as meshes\n"
         "for _ in range(20):\n"
         "    path = Path(sys.argv[1]); parts = meshes._parse(path, path.read_bytes()); store = meshes.MeshCache(Path(sys.argv[1]), b'same')\n"
         "    store.store(parts); assert len(store.load(meshes.MeshPart)) == 2"

@@ -177,7 +177,7 @@ def test_workers_end_with_a_process_that_is_killed(tmp_path: Path) -> None:
         f"sys.path[:0] = {[str(Path(__file__).parent), str(Path(place.__globals__['__file__']).parent)]!r}\n"
         "from pathlib import Path\n"
         "from robots import place\n"
-        "from frobs_core.contracts import Scene\n"
+        "from frobs_core.description import Scene\n"
         "from frobs_sim_pybullet.simulation import PybulletSimulation\n"
         f"sim = PybulletSimulation({{'robot': place(Path({str(tmp_path)!r}), 'arm')}}, Scene(), num_envs=2,\n"
         "    physics_timestep=0.002, num_threads=2)\n"
