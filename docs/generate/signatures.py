@@ -1,6 +1,7 @@
 """Signatures as they stand in the source: ``Floats | None``, not what the alias unfolds to."""
 
 import inspect
+import re
 from collections.abc import Iterator
 from importlib import import_module
 from typing import Any
@@ -25,11 +26,13 @@ def as_written(app: Any, what: str, name: str, thing: Any, options: Any, signatu
         found = inspect.signature(thing)
     except (TypeError, ValueError):
         return None
-    parameters = [_written(parameter) for parameter in found.parameters.values()]
+    names = vars(import_module(thing.__module__))
+    parameters = [_written(parameter, names) for parameter in found.parameters.values()]
     if what == "method" and parameters and parameters[0].name in ("self", "cls"):
         del parameters[0]
     shown = str(found.replace(parameters=parameters, return_annotation=inspect.Signature.empty))
-    return shown, found.return_annotation if isinstance(found.return_annotation, str) else returns
+    returned = found.return_annotation
+    return shown, _qualified(returned, names) if isinstance(returned, str) else returns
 
 
 def plain_first_line(app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
@@ -69,11 +72,25 @@ def _candidates(node: Any, is_role: bool) -> Iterator[tuple[str, int]]:
                 yield f"{package}.{parent.__qualname__}.{target}", 0
 
 
-def _written(parameter: inspect.Parameter) -> inspect.Parameter:
+def _qualified(annotation: str, names: dict[str, Any]) -> str:
+    """Return an annotation with the full names of the project's classes, as two packages may have one of a name.
+
+    Sphinx shows what follows the last dot of a name that begins with a tilde.
+    """
+
+    def full(match: re.Match[str]) -> str:
+        cls = names.get(match[0])
+        own = inspect.isclass(cls) and cls.__module__.startswith("frobs_")
+        return f"~{cls.__module__}.{cls.__qualname__}" if own else match[0]
+
+    return re.sub(r"(?<![\w.])[A-Z]\w*", full, annotation)
+
+
+def _written(parameter: inspect.Parameter, names: dict[str, Any]) -> inspect.Parameter:
     empty = inspect.Parameter.empty
     annotation, default = parameter.annotation, parameter.default
     if isinstance(annotation, str):
-        annotation = _Source(annotation)
+        annotation = _Source(_qualified(annotation, names))
     if default is not empty:
         default = _Source("…" if inspect.isfunction(default) else object_description(default))
     return parameter.replace(annotation=annotation, default=default)
