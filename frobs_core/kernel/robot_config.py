@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from numbers import Real
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from frobs_core import plugins
 from frobs_core.deprecation import rename_keywords
@@ -23,13 +24,11 @@ from frobs_core.models import (
     pose_from_array,
 )
 from frobs_core.models.load import find_reader
-from frobs_core.plugins.records import ControllerDefaults, ControllerRecord, Record
+from frobs_core.plugins.records import AnyRecord, ControllerDefaults, ControllerRecord, Record
 from frobs_core.sensing.sensors.settings import apply_settings
 from frobs_core.util.errors import MissingSettingError, ParameterValueError, check_keys, check_name
 from frobs_core.util.rotations import quat_from_rpy
 from frobs_core.util.validation import check_fields, check_mappings, check_type, choice, number_list, positive
-
-AnyRecord = TypeVar("AnyRecord", bound=Record)
 
 RENAMED_KEYWORDS = {"robot_args": "xacro_args"}
 """New names of keywords of version 0.2."""
@@ -38,7 +37,7 @@ BASES = ("fixed", "floating", "wheeled")
 
 _NEAR = 0.005  # [m] height above the lowest point; links below this height touch the floor
 _TOUCHING = 1e-3  # [m] distance from the floor; bases within this distance are not moved
-_MODEL_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
+_SUFFIX = re.compile(r"\.\w+$")  # names of records contain no dot, so a name that ends like this is the path of a file
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -250,7 +249,7 @@ def _look_up(robot: str | Robot, xacro_args: Mapping[str, str], package_paths: M
 
     For ``"ARM+TOOL"``, the arguments belong to the arm's file, and the folders to both files.
     """
-    is_name = isinstance(robot, str) and not robot.lower().endswith(_MODEL_ENDINGS)
+    is_name = isinstance(robot, str) and not _SUFFIX.search(robot)
     arm_name, _, tool_name = str(robot).rpartition("+") if is_name else ("", "", "")
     if arm_name:
         arm, tool = _look_up(arm_name, xacro_args, package_paths), _look_up(tool_name, {}, package_paths)
@@ -276,7 +275,7 @@ def _named(robot: str | Robot) -> Robot:
             "pass a model file, such as robot='path/to/arm.urdf' (or .urdf.xacro, or .xml for MJCF) and tcp='LINK', "
             f"or the name of an installed robot: {known}",
         )
-    if robot.lower().endswith(_MODEL_ENDINGS):
+    if _SUFFIX.search(robot):
         return Robot(model=robot, name=Path(robot).name.partition(".")[0])
     found: Robot = plugins.get_record("robot", robot).load()
     return found

@@ -21,7 +21,7 @@ from frobs_core.models.kinematics import (
     pose_array,
     pose_from_array,
 )
-from frobs_core.models.load import find_reader, load_model
+from frobs_core.models.load import find_reader, is_model_file, load_model
 from frobs_core.models.model import (
     Box,
     Capsule,
@@ -80,6 +80,7 @@ __all__ = [
     "forward_kinematics",
     "home_positions",
     "inertia_matrix",
+    "is_model_file",
     "joint_path",
     "joints_below",
     "load_model",

@@ -53,6 +53,11 @@ def mesh_solid(mesh: Mesh) -> tuple[float, Floats, Floats]:
     return cast(tuple[float, Floats, Floats], find_reader(mesh.path, "mesh").solid(mesh))
 
 
+def is_model_file(path: str | Path) -> bool:
+    """Return whether the suffix of a path is that of a robot's model file that an installed plugin reads."""
+    return PurePath(path).suffix.lower() in _readable("robot")
+
+
 def find_reader(path: str | Path, content: str = "robot") -> Any:
     """Return the :class:`~frobs_core.contracts.ModelReader` for a file, chosen by the suffix of the path.
 
@@ -65,15 +70,18 @@ def find_reader(path: str | Path, content: str = "robot") -> Any:
         PluginError: The reader cannot be imported.
     """
     suffix = PurePath(path).suffix.lower()
-    suffixes: list[str] = []
-    for record in plugins.records(ModelFormatRecord).values():
-        if record.content == content:
-            if suffix in record.suffixes:
-                return record.load()()
-            suffixes += record.suffixes
-    if not suffixes:
+    records = _readable(content)
+    if suffix in records:
+        return records[suffix].load()()
+    if not records:
         hint = local_install_hint("pip install frobs-models")
         raise ModelFileError(path, f"no installed plugin reads {content} files. To install one: {hint}.")
     raise ModelFileError(
-        path, f"{content} files with the suffix '{suffix}' are not supported; use one of {', '.join(suffixes)}."
+        path, f"{content} files with the suffix '{suffix}' are not supported; use one of {', '.join(records)}."
     )
+
+
+def _readable(content: str) -> dict[str, ModelFormatRecord]:
+    """Return the records of formats by the suffixes of their files."""
+    records = plugins.records(ModelFormatRecord).values()
+    return {suffix: record for record in records if record.content == content for suffix in record.suffixes}

@@ -6,7 +6,8 @@ import pytest
 
 from frobs_core import plugins
 from frobs_core.deprecation import FrobsDeprecationWarning
-from frobs_core.models import load_model
+from frobs_core.kernel.robot_config import RobotConfig
+from frobs_core.models import is_model_file, load_model
 from frobs_core.util.errors import ModelFileError
 
 HEADER = """
@@ -92,6 +93,9 @@ def test_a_plugin_may_add_a_format_of_model_files(site, tmp_path):
     (tmp_path / "ball.shape").write_text("ball")
     with plugins.isolated(site.plugins()):
         assert load_model(tmp_path / "ball.shape").name == "ball"
+        assert is_model_file("ball.SHAPE")
+        assert not is_model_file("arm.urdf")
+        assert RobotConfig(robot=str(tmp_path / "ball.shape")).describe().name == "ball"  # a file, not a name
         with pytest.raises(
             ModelFileError, match=r"arm.urdf: robot files with the suffix '.urdf' are not supported; use one of .shape"
         ):

@@ -1,4 +1,4 @@
-"""Collects the facts that ``frobs show`` prints about a capability, sensor type, physical parameter, policy or command."""
+"""Collects the facts that ``frobs show`` prints about capabilities, sensor types, parameters, policies and commands."""
 
 from __future__ import annotations
 

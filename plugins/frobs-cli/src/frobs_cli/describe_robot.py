@@ -11,14 +11,8 @@ from typing import Any
 from frobs_core import plugins
 from frobs_core.contracts import joint_groups
 from frobs_core.description import ALL, Robot
-from frobs_core.models import JointType, RobotModel
+from frobs_core.models import JointType, RobotModel, is_model_file
 from frobs_core.util.errors import FrobsError
-from frobs_models import ENDINGS
-
-
-def is_model_file(name: str) -> bool:
-    """Return whether a name has the suffix of a robot model file."""
-    return name.lower().endswith(ENDINGS)
 
 
 def robot_of(name: str, xacro_args: Mapping[str, str], package_paths: Mapping[str, str | Path]) -> Robot | None:

@@ -14,7 +14,7 @@ from frobs_cli import catalogue
 from frobs_cli.describe_environment import describe_environment, readable_environment
 from frobs_cli.describe_extension import describe_extension
 from frobs_cli.describe_record import describe_record
-from frobs_cli.describe_robot import describe_file, is_model_file, robot_of
+from frobs_cli.describe_robot import describe_file, robot_of
 from frobs_cli.facts import print_facts
 from frobs_cli.model_options import PackagePath, XacroArgs, package_paths, xacro_args
 from frobs_cli.options import Json
@@ -22,6 +22,7 @@ from frobs_cli.output import only_json, print_json, print_line, print_note, work
 from frobs_cli.providers import providers
 from frobs_core import plugins
 from frobs_core.description import Robot
+from frobs_core.models import is_model_file
 from frobs_core.plugins import registry
 from frobs_core.plugins.records import KINDS
 from frobs_core.util.errors import CommandLineError, MissingDependencyError, UnknownNameError
