@@ -42,7 +42,7 @@ class ModelReader(ABC):
             Heights relative to the root link's origin, by link name.
         """
 
-    def attach(self, arm: Robot, link: str, end_effector: Robot, name: str, pos: Vector3, rpy: Vector3) -> Robot:
+    def attach(self, arm: Robot, link: str, tool: Robot, name: str, pos: Vector3, rpy: Vector3) -> Robot:
         """Attach an end effector. For arguments and errors, see :meth:`frobs_core.description.Robot.attach`."""
         raise UnsuitableRobotError(arm.name, "has a model file of a format that does not support end effectors.")
 

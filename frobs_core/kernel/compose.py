@@ -152,11 +152,7 @@ def plan(config: EnvConfig, num_envs: int, same_step: bool = False) -> Plan:
         from frobs_core.kernel.cameras import with_cameras  # imports pydantic
 
         scene = with_cameras(scene, config.cameras, everything)
-    needs = {f"cameras.{name}": {"cameras": Level.APPROXIMATE} for name in config.cameras}
-    for name, camera in scene.cameras.items():
-        if camera.intrinsics is not None:
-            needs[f"cameras.{name}"] = {**needs.get(f"cameras.{name}", {}), "camera_intrinsics": Level.APPROXIMATE}
-    check_capabilities(simulator.name, simulator.capabilities, needs)
+    check_capabilities(simulator.name, simulator.capabilities, _needs_of_cameras(scene, config.cameras))
     if simulator.capabilities.get("contacts", Level.UNSUPPORTED) != Level.UNSUPPORTED:
         scene = with_contacts(scene, everything)
     return Plan(
@@ -256,6 +252,15 @@ def needs_of_task(record: TaskRecord, task: Task, options: Collection[str] = ())
     """Return the capabilities that a task and the given reset options require, by their name in error messages."""
     who = f"task '{record.name}'" + (f", reset with {' and '.join(options)}" if options else "")
     return {who: {**record.needs, **task.reset_needs(options)}}
+
+
+def _needs_of_cameras(scene: Scene, added: Collection[str]) -> dict[str, dict[str, Level]]:
+    """Return the capabilities that added cameras and cameras with intrinsics require."""
+    needs = {f"cameras.{name}": {"cameras": Level.APPROXIMATE} for name in added}
+    for name, camera in scene.cameras.items():
+        if camera.intrinsics is not None:
+            needs.setdefault(f"cameras.{name}", {})["camera_intrinsics"] = Level.APPROXIMATE
+    return needs
 
 
 def _check_pace(simulator: SimulatorRecord, num_envs: int, same_step: bool) -> None:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, TypeVar, overload
+from typing import TYPE_CHECKING, overload
 
 from frobs_core.deprecation import moved_names
 from frobs_core.plugins.collection import Plugins
@@ -26,9 +26,7 @@ from frobs_core.plugins.requirements import core_versions, is_made_for
 from frobs_core.util.errors import PluginError
 
 if TYPE_CHECKING:
-    from frobs_core.plugins.records import Record
-
-AnyRecord = TypeVar("AnyRecord", bound="Record")
+    from frobs_core.plugins.records import AnyRecord, Record
 
 __getattr__ = moved_names(__name__)
 

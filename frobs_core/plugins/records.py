@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from importlib import import_module
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 from frobs_core.deprecation import warn_deprecated
 from frobs_core.util.errors import FrobsError, PluginError
@@ -63,6 +63,9 @@ class Record:
                 f"'{self.name}' cannot be imported from '{self.entry_point}': {type(error).__name__}: "
                 f"{str(error).rstrip('.')}.{hint}"
             ) from error
+
+
+AnyRecord = TypeVar("AnyRecord", bound=Record)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -207,8 +210,8 @@ class AlgorithmRecord(Record):
 class CapabilityRecord(Record):
     """Record of an additional simulator capability.
 
-    Simulators declare the capability in their ``capabilities``. Tasks, controllers, sensors and parameters can require the
-    capability.
+    Simulators declare the capability in their ``capabilities``. Tasks, controllers, sensors and parameters can require
+    the capability.
 
     Attributes:
         entry_point: Always empty, because a capability does not have a separate implementation.
