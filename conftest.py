@@ -36,7 +36,7 @@ settings.load_profile("frobs")
 
 SAMPLES = 8
 EVERY = {"exhaustive": SAMPLES, "slow": 3}
-"""A sample contains one in this many cases of a test function. The first mark in this order that the test has counts."""
+"""A sample contains one in this many cases of a test function. The first mark that the test has counts."""
 
 _SAMPLE = pytest.StashKey[int]()
 
@@ -60,7 +60,7 @@ def choose_sample(environment: Mapping[str, str], commit: str) -> int:
 
 
 def is_sampled(function: str, index: int, sample: int, every: int = SAMPLES) -> bool:
-    """Return whether a sample contains the case ``index`` (0-based) of a test function, if it contains one in ``every``.
+    """Return whether a sample contains the case ``index`` (0-based) of a test function: one in ``every``.
 
     The first cases of the test functions are distributed over the samples, because many functions have a single case.
     """

@@ -22,7 +22,7 @@ MY_ROVER = Robot(
         max_angular_velocity=2.5,  # [rad/s]
     ),
     friction={"front_foot": 0.0, "back_foot": 0.0},  # The feet slide without friction.
-    # sensors={"scan": Lidar(frame="base_link", …)},  # adds a lidar; tasks read it with frobs_core.sensing.sensors.Sensors
+    # sensors={"scan": Lidar(frame="base_link", …)},  # a lidar; tasks read it with frobs_core.sensing.sensors.Sensors
 )
 
 if __name__ == "__main__":  # python my_rover.py checks the robot

@@ -1,4 +1,4 @@
-"""What the tests of frobs-ros and frobs-rl-compat share: a master of their own, a client in this process, and bridges as processes."""
+"""What the tests of frobs-ros and frobs-rl-compat share: a master, a client in this process, and bridges as processes."""
 
 from __future__ import annotations
 

@@ -7,8 +7,8 @@ from generate.rst import directive, heading, label, literal
 
 MODULES = {
     "frobs_core.util.errors": "The base class is :exc:`~frobs_core.util.errors.FrobsError`.",
-    "frobs_train.errors": "These are further errors of runs. They are also subclasses of :exc:`~frobs_core.util.errors.FrobsError`.",
-    "frobs_ray.errors": "These are errors of Ray clusters. They are also subclasses of :exc:`~frobs_core.util.errors.FrobsError`.",
+    "frobs_train.errors": "Further errors of runs, which are also subclasses of :exc:`~frobs_core.util.errors.FrobsError`.",
+    "frobs_ray.errors": "Errors of Ray clusters, which are also subclasses of :exc:`~frobs_core.util.errors.FrobsError`.",
     "frobs_deploy.errors": (
         "``frobs-deploy`` runs without the core, so it has its own base class: :exc:`~frobs_deploy.errors.DeployError`."
     ),

@@ -101,8 +101,8 @@ class Algorithm(ABC):
 
         Settings that are already resolved are returned unchanged.
 
-        :func:`frobs_core.util.validation.validate` validates settings with a pydantic model and reports the file and line of
-        an error.
+        :func:`frobs_core.util.validation.validate` validates settings with a pydantic model and reports the file and
+        line of an error.
 
         Raises:
             UnknownParameterError: A key is unknown. The message suggests the most similar valid key.

@@ -87,8 +87,8 @@ class RobotHandle(JointGroup):
 
         Args:
             joint_names: Names of the joints in the group.
-            tcp: Link that is the group's tool center point. If None, it is the tool center point of the end effector that
-                the named group carries, or the robot's.
+            tcp: Link that is the group's tool center point. If None, it is the tool center point of the end effector
+                that the named group carries, or the robot's.
             name: Name of the group in the robot's description, or empty if the joints are not one of its groups.
 
         Raises:

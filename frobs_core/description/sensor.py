@@ -1,8 +1,8 @@
 """Descriptions of sensors as data: a robot's measuring devices and their accuracy.
 
-A reading is the true value with imperfections, which :class:`frobs_core.sensing.sensors.Sensors` applies in this order: noise
-is added, the sum is rounded to the resolution and clipped to the sensor's range, samples are lost, and the remaining
-samples are delayed.
+A reading is the true value with imperfections, which :class:`frobs_core.sensing.sensors.Sensors` applies in this order:
+noise is added, the sum is rounded to the resolution and clipped to the sensor's range, samples are lost, and the
+remaining samples are delayed.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ class Sensor:
         delay: Time between taking a sample and reading it [s].
         dropout: Probability that a sample is lost, in [0, 1] (see :attr:`lost`).
         type_name: Name of this sensor type in configurations.
-        instrument: ``"module:attribute"`` of the :class:`frobs_core.sensing.sensors.Instrument` that takes the measurements.
+        instrument: ``"module:attribute"`` of the :class:`frobs_core.sensing.sensors.Instrument` that takes the
+            measurements.
         unit: Unit of a reading.
         needs: Simulator capability that the sensor requires, or an empty string if it requires none.
 

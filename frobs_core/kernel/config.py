@@ -29,7 +29,7 @@ _ROBOT_FIELDS = [item.name for item in fields(RobotKeywords)]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EnvConfig(RobotKeywords):
-    """Keywords of an environment, which include the :class:`~frobs_core.kernel.robot_config.RobotKeywords` of its robot.
+    """Keywords of an environment, including the :class:`~frobs_core.kernel.robot_config.RobotKeywords` of its robot.
 
     :meth:`from_dict` and :meth:`to_dict` convert between a configuration and the flat keywords of ``gymnasium.make``,
     which include the task's parameters.
@@ -37,9 +37,9 @@ class EnvConfig(RobotKeywords):
     Args:
         task: Name of the task, or a task record.
         robots: Configurations of several robots by name, instead of ``robot``. Each value is a robot's name or a
-            mapping with the fields of :class:`frobs_core.kernel.robot_config.RobotConfig`, for example ``{"left": "irb120",
-            "right": {"robot": "ur5", "controller": "joint_position"}}``. An entry that omits ``controller`` or
-            ``controller_kwargs`` uses the environment's value of that field.
+            mapping with the fields of :class:`frobs_core.kernel.robot_config.RobotConfig`, for example ``{"left":
+            "irb120", "right": {"robot": "ur5", "controller": "joint_position"}}``. An entry that omits ``controller``
+            or ``controller_kwargs`` uses the environment's value of that field.
         simulator: Name of the simulator, or a simulator record.
         reward_type: One of the task's reward types, or None for the first reward type.
         render_mode: ``"rgb_array"``, ``"human"`` or None.
@@ -53,11 +53,11 @@ class EnvConfig(RobotKeywords):
         observations: Observation terms to add to the task's terms, by name, for example ``{"joints": {"type":
             "joint_efforts"}, "wrist": {"camera": "overview", "size": [84, 84]}}``; see :mod:`frobs_core.kernel.added_terms`. A
             value of None drops the task's term with that name, and ``{"*": None}`` drops all task terms except goals.
-        cameras: Cameras to add to the task's scene, by name, for example ``{"wrist": {"robot": "robot", "link": "tool0",
-            "pos": [0, 0.05, 0], "target": [0, 0, 0.2], "fov_y": 60}}`` [m, deg]. A camera is fixed to a ``link`` of a
-            robot (by default the first), to a ``body`` of the scene, or else in the world. Optional settings are
-            ``up``, and ``intrinsics`` instead of ``fov_y``; see :class:`frobs_core.description.Camera`. If the scene
-            already has a camera with this name, only the given settings change.
+        cameras: Cameras to add to the task's scene, by name, for example ``{"wrist": {"robot": "robot", "link":
+            "tool0", "pos": [0, 0.05, 0], "target": [0, 0, 0.2], "fov_y": 60}}`` [m, deg]. A camera is fixed to a
+            ``link`` of a robot (by default the first), to a ``body`` of the scene, or else in the world. Optional
+            settings are ``up``, and ``intrinsics`` instead of ``fov_y``; see :class:`frobs_core.description.Camera`. If
+            the scene already has a camera with this name, only the given settings change.
         num_threads: Number of engine threads, or 0 for one thread per processor.
         randomize: Domain randomization settings; see :mod:`frobs_core.sensing.randomization`.
         task_parameters: Keywords of the task.

@@ -17,9 +17,9 @@ from frobs_core.util.errors import EnvironmentCopyError
 class CopiedByArguments:
     """Environment whose copies are new environments with the same arguments.
 
-    A copy has not been reset, and its lists of callbacks, such as ``after_reset``, are empty. Both ``pickle`` and ``copy`` create
-    such copies, also of a closed environment and through Gymnasium's wrappers.
-    ``copy.deepcopy`` passes objects among the arguments, such as records, to the new environment without copying them.
+    A copy has not been reset, and its lists of callbacks, such as ``after_reset``, are empty. Both ``pickle`` and
+    ``copy`` create such copies, also of a closed environment and through Gymnasium's wrappers. ``copy.deepcopy`` passes
+    objects among the arguments, such as records, to the new environment without copying them.
     """
 
     config: EnvConfig

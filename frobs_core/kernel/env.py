@@ -90,7 +90,7 @@ class Loop(Stateful):
         return np.concatenate([read() for read in self._reads], axis=1).astype(np.float32)
 
     def batch_options(self, options: Mapping[str, Any] | None) -> Mapping[str, Floats]:
-        """Validate the reset options and repeat them for every environment; see :func:`~frobs_core.kernel.inputs.batch_options`.
+        """Validate the reset options, and repeat them for every environment; see :func:`.batch_options`.
 
         Raises:
             CapabilityError: The simulator does not support a capability that a reset with these options requires.
@@ -156,7 +156,7 @@ class Loop(Stateful):
         return result
 
     def read_terms(self, settings: Mapping[str, Any]) -> dict[str, np.ndarray[Any, Any]]:
-        """Read observation terms outside the observation, (num_envs, …) each. See :meth:`frobs_core.kernel.env.RobotEnv.read_terms`."""
+        """Read observation terms outside the observation, (num_envs, …) each; see :meth:`.RobotEnv.read_terms`."""
         key = repr(settings)
         if key not in self._read_terms:
             terms = self._read_terms[key] = self._bind_terms(settings)

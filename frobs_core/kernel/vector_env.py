@@ -267,7 +267,7 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         return array
 
     def read_terms(self, settings: Mapping[str, Any]) -> dict[str, np.ndarray[Any, Any]]:
-        """Read observation terms outside the observation, (num_envs, …) each. See :meth:`frobs_core.kernel.env.RobotEnv.read_terms`."""
+        """Read observation terms outside the observation, (num_envs, …) each; see :meth:`.RobotEnv.read_terms`."""
         return self._loop.read_terms(settings)
 
     def render(self) -> tuple[Any, ...] | None:

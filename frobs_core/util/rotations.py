@@ -40,7 +40,7 @@ def quat_rotate(quat_wxyz: npt.ArrayLike, vector: npt.ArrayLike) -> Floats:
 
 
 def cross(first: Floats, second: Floats) -> Floats:
-    """Return cross products of vectors, (…, 3). They are bit-identical to ``np.cross``, which is several times slower."""
+    """Return cross products of vectors, (…, 3), bit-identical to those of ``np.cross``, which is much slower."""
     return joined(cross_components(*components(first), *components(second)), first, second)
 
 
@@ -87,7 +87,7 @@ def rpy_from_quat(quat_wxyz: npt.ArrayLike) -> tuple[float, float, float]:
 
 
 def quat_from_rpy(rpy: npt.ArrayLike) -> Floats:
-    """Return quaternions (…, 4) for roll, pitch and yaw (…, 3) [rad] about fixed axes: R = Rz(yaw)·Ry(pitch)·Rx(roll)."""
+    """Return quaternions (…, 4) for roll, pitch and yaw (…, 3) [rad] about fixed axes: Rz(yaw)·Ry(pitch)·Rx(roll)."""
     half = 0.5 * np.asarray(rpy, float)
     cr, cp, cy = components(np.cos(half))
     sr, sp, sy = components(np.sin(half))

@@ -35,7 +35,8 @@ def validate(model: type[Model], settings: Mapping[str, Any], owner: str) -> Mod
 
     Args:
         model: A pydantic model that forbids extra keys.
-        settings: Settings to validate. For a :class:`frobs_core.util.yaml.ConfigMapping`, errors contain the file and line.
+        settings: Settings to validate. For a :class:`frobs_core.util.yaml.ConfigMapping`, errors contain the file and
+            line.
         owner: Object that the settings configure, such as ``"algorithm 'ppo'"``.
 
     Returns:

@@ -161,14 +161,14 @@ class Draw(Stateful):
         self._all = np.ones(num_envs, np.bool_)
 
     def begin(self, rng: RandomSource, mask: Mask) -> Mask:
-        """Draw numbers for new episodes in the environments in ``mask``, and return a mask of those that got numbers."""
+        """Draw numbers for new episodes in the environments in ``mask``. Return a mask of those that got numbers."""
         rows = mask & (rng.episodes == 0) if self._when is When.START else mask
         if rows.any():
             self._draw(rng, rows)
         return rows
 
     def step(self, rng: RandomSource) -> Mask | None:
-        """Draw the numbers that are due, and return a mask of the environments that got numbers, or None if none did."""
+        """Draw the numbers that are due, and return a mask of the environments that got numbers, or None."""
         rows = self._all if self._longest == 1 else rng.steps >= self._due
         if rows is not self._all and not rows.any():
             return None

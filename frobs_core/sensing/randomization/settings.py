@@ -127,7 +127,7 @@ def _read(parameter: str, entry: Any) -> list[Setting]:
 
 
 def _each(entries: Sequence[tuple[str, str, Any]]) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
-    """Yield the place and the random stream of each mapping in some entries, which are mappings or lists of mappings."""
+    """Yield the place and the random stream of each mapping in entries, which are mappings or lists of them."""
     for place, stream, entry in entries:
         is_list = isinstance(entry, Sequence) and not isinstance(entry, str)
         if is_list and not entry:

@@ -46,7 +46,7 @@ class Channel:
         return due
 
     def reset(self, rng: RandomSource, true: Floats, mask: Mask) -> None:
-        """Take the first sample of an episode, given the true values (num_envs, width), in the environments in ``mask``."""
+        """Take the first sample of an episode in the environments in ``mask``, given the true values (num_envs, width)."""
         sample = self._spoil(rng, true[mask], mask)
         if self._sensor.dropout and self._lost is not None:
             sample = self._lose(rng, sample, mask)

@@ -1,4 +1,4 @@
-"""Applies the user's settings under ``sensors`` to a robot's sensors, as described in :mod:`frobs_core.sensing.sensors`."""
+"""Applies the user's settings under ``sensors`` to a robot's sensors; see :mod:`frobs_core.sensing.sensors`."""
 
 from __future__ import annotations
 

@@ -9,7 +9,8 @@ def frobs_simulators() -> list[SimulatorRecord]:
     """Provide MuJoCo."""
     exact = (
         "determinism snapshot teleport pause batched drive contacts rays wrench force_torque attachments cameras "
-        "camera_intrinsics randomize_mass randomize_friction randomize_gains randomize_joint_damping randomize_gravity randomize_size"
+        "camera_intrinsics randomize_mass randomize_friction randomize_gains randomize_joint_damping randomize_gravity "
+        "randomize_size"
     )
     return [
         SimulatorRecord(

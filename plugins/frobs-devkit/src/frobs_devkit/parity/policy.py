@@ -20,7 +20,8 @@ def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> M
 
     Args:
         subjects: The simulators, starting with the reference.
-        run: The run, or a policy opened by :func:`frobs_train.open_policy`. The results of a run are also written to the run's ``evaluations/`` folder.
+        run: The run, or a policy opened by :func:`frobs_train.open_policy`. The results of a run are also written to
+            the run's ``evaluations/`` folder.
         episodes: Number of episodes, at least 1.
 
     Raises:
@@ -55,8 +56,8 @@ def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> M
     if isinstance(run, PolicyRun):
         name = f"policy '{run.policy}'"
     return Measurement(
-        summary=f"The {name} is evaluated in {episodes} unseen episodes, which are the same on every simulator. The intervals are Wilson's 95 % "
-        "intervals.",
+        summary=f"The {name} is evaluated in {episodes} unseen episodes, which are the same on every simulator. "
+        "The intervals are Wilson's 95 % intervals.",
         comparisons=tuple(comparisons),
         facts={
             subject.label: f"success {_percent(result)}, reward {result.mean_reward:.4g} per episode"

@@ -126,7 +126,8 @@ def facts_of(
         reasons = " ".join(f"{check}: {' '.join(message.split())}" for check, message in failures.items())
         way_out = "" if is_fatal else ", or accept the failures with --failing-checks expect"
         raise AnswerError(
-            f"{robot_file}: the robot fails conformance checks. {reasons} Follow the advice of 'frobs doctor robot' to fix the file{way_out}."
+            f"{robot_file}: the robot fails conformance checks. {reasons} Follow the advice of "
+            f"'frobs doctor robot' to fix the file{way_out}."
         )
     warnings = [f"- {f.about}: {f.problem}; {f.advice}" for f in facts.findings if f.severity is Severity.WARNING]
     report = f"Taken from `{Path(robot_file).name}`: {facts.dof} joints, {facts.mass:.3g} kg, tool `{tool}`."

@@ -1,4 +1,4 @@
-"""Conformance checks for capabilities, sensor types, physical parameters, policies and commands, of plugins or of FRobs."""
+"""Conformance checks for capabilities, sensor types, physical parameters, policies and commands."""
 
 from __future__ import annotations
 

@@ -34,8 +34,8 @@ class Subject:
     """An object to check, as returned by :func:`find_subject`.
 
     Attributes:
-        kind: ``"environment"``, a record kind, ``"capability"``, ``"sensor_type"``, ``"parameter"``, ``"policy"``, ``"command"``,
-            ``"plugin"`` or ``"distribution"``.
+        kind: ``"environment"``, a record kind, ``"capability"``, ``"sensor_type"``, ``"parameter"``, ``"policy"``,
+            ``"command"``, ``"plugin"`` or ``"distribution"``.
         name: Full name, such as ``"irb120"`` or ``"frobs/Irb120Reach-v0"``.
     """
 

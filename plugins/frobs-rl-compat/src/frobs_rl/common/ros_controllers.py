@@ -1,3 +1,3 @@
-"""Functions that load, start, stop and reset controllers, re-exported from :mod:`frobs_rl_compat.ros.ros_controllers`."""
+"""Functions that load, start, stop and reset controllers; see :mod:`frobs_rl_compat.ros.ros_controllers`."""
 
 from frobs_rl_compat.ros.ros_controllers import *

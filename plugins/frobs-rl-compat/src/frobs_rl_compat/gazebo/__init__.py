@@ -1,1 +1,1 @@
-"""Implements the functions of :mod:`frobs_rl_compat.ros.ros_gazebo`, grouped by subject: launching, physics, time and models."""
+"""Implements the functions of :mod:`frobs_rl_compat.ros.ros_gazebo`, by subject: launching, physics, time and models."""

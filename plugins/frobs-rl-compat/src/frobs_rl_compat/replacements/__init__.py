@@ -1,7 +1,8 @@
-"""Contains replacements for missing ROS packages, with the launch files, programs and arguments of the original packages.
+"""Contains replacements for missing ROS packages, with the launch files, programs and arguments of the originals.
 
-If the originals are not installed, ``frobs legacy run`` appends the folders of the replacements to ``ROS_PACKAGE_PATH``.
-The replacement programs run with the Python interpreter that the environment variable ``FROBS_PYTHON`` specifies.
+If the originals are not installed, ``frobs legacy run`` appends the folders of the replacements to
+``ROS_PACKAGE_PATH``. The replacement programs run with the Python interpreter that the environment variable
+``FROBS_PYTHON`` specifies.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ def find_file(package: str, folder: str, file: str) -> Path:
 
 
 def find_anywhere(package: str, folder: str, file: str, suffix: str) -> Path:
-    """Find a file in a ROS package: in the given folder, by its path in the package, or by its name in any subfolder."""
+    """Find a file in a ROS package: in the given folder, by its path in the package, or by name in any subfolder."""
     root = find_package(package)
     for path in (root / folder / file, root / file, *sorted(root.rglob(Path(file).name))):
         if path.is_file():

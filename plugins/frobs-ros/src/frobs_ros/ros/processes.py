@@ -1,7 +1,7 @@
 """Starts and ends child processes. This module never ends processes that were not started by this process.
 
-Each child process runs under a guard (:mod:`frobs_ros.ros.guard`). The guard ends the child process and all its descendants
-on request, or when the process that started them ends for any reason, including ``kill -9``.
+Each child process runs under a guard (:mod:`frobs_ros.ros.guard`). The guard ends the child process and all its
+descendants on request, or when the process that started them ends for any reason, including ``kill -9``.
 """
 
 from __future__ import annotations

@@ -67,8 +67,8 @@ class Frames:
         """Return the joint positions, (k,) [rad or m], with NaN for joints whose position is unknown.
 
         Args:
-            joint_positions: Known positions, by joint name. If the position of a mimic joint is unknown, the position is computed
-                from the mimicked joint.
+            joint_positions: Known positions, by joint name. If the position of a mimic joint is unknown, the position
+                is computed from the mimicked joint.
         """
         positions = np.full(len(self.joints), np.nan)
         for i, joint in enumerate(self.joints):

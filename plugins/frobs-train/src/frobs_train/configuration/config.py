@@ -69,8 +69,8 @@ class RunConfig(BaseModel):
     Attributes:
         environment: Gymnasium ID. If the ID has the form ``"module:ID"``, the module is imported first.
         environment_kwargs: Keyword arguments of the environment, such as simulator, controller and task parameters.
-        randomize: Randomization of environments and episodes during training, see :mod:`frobs_core.sensing.randomization`.
-            Evaluations are randomized only on request.
+        randomize: Randomization of environments and episodes during training, see
+            :mod:`frobs_core.sensing.randomization`. Evaluations are randomized only on request.
         reset_from: Settings of the reverse curriculum, or None for no curriculum. Evaluations never use the curriculum.
         stagger: Whether to end the first episodes at random times, so that the environments do not all reach the time
             limit at the same step.

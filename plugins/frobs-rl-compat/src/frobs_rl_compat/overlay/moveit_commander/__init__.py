@@ -14,7 +14,7 @@ __all__ = [
 
 
 def roscpp_initialize(args: Sequence[str]) -> None:
-    """Do nothing, because this replacement has no C++ node. Each commander starts a ROS node if the process has none."""
+    """Do nothing, because this replacement has no C++ node. A commander starts a ROS node if the process has none."""
     del args
 
 
