@@ -74,7 +74,7 @@ _SAME_NAME = (
     ("kernel", ("added_terms", "compose", "config", "copying", "inputs", "robot_config", "vector_env")),
     ("plugins", ("registry",)),
     ("sensing", ("randomization", "sensors")),
-    ("util", ("arrays", "budgets", "errors", "files", "install_hints", "keywords", "plain", "random", "rotations")),
+    ("util", ("arrays", "budgets", "files", "install_hints", "keywords", "plain", "random", "rotations")),
     ("util", ("validation", "yaml")),
 )
 """Modules that were at the top of ``frobs_core`` in version 0.2, by the package that contains them now."""
@@ -84,6 +84,7 @@ MOVED: Mapping[str, Sequence[str]] = {
     "frobs_core.capabilities": ["frobs_core.plugins.records", "frobs_core.plugins.capabilities"],
     "frobs_core.control": ["frobs_core.contracts.control"],
     "frobs_core.env": ["frobs_core.kernel.env"],
+    "frobs_core.errors": ["frobs_core.util.errors", "frobs_cli.errors"],
     "frobs_core.hookspecs": ["frobs_core.plugins.hooks"],
     "frobs_core.interfaces": [
         "frobs_core.contracts",
@@ -130,8 +131,11 @@ def moved_names(module: str, places: Sequence[str] = (), stacklevel: int = 2) ->
         missing = ""
         for place in places:
             try:
-                value = getattr(import_module(place), new)
-            except AttributeError:
+                home = import_module(place)
+                hook = vars(home).get("__getattr__")
+                moved_again = getattr(hook, "__module__", "") == __name__  # another place follows
+                value = vars(home)[new] if moved_again else getattr(home, new)
+            except (AttributeError, KeyError):
                 continue
             except ModuleNotFoundError as error:
                 missing = (error.name or place).partition(".")[0].replace("_", "-")

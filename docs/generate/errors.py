@@ -7,6 +7,7 @@ from generate.rst import directive, heading, label, literal
 
 MODULES = {
     "frobs_core.util.errors": "The base class is :exc:`~frobs_core.util.errors.FrobsError`.",
+    "frobs_cli.errors": "Errors of commands, which are also subclasses of :exc:`~frobs_core.util.errors.FrobsError`.",
     "frobs_train.errors": "Further errors of runs, which are also subclasses of :exc:`~frobs_core.util.errors.FrobsError`.",
     "frobs_ray.errors": "Errors of Ray clusters, which are also subclasses of :exc:`~frobs_core.util.errors.FrobsError`.",
     "frobs_deploy.errors": (

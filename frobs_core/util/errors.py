@@ -12,11 +12,8 @@ Class hierarchy::
     │   ├── ParameterValueError     a value is outside the range that its parameter accepts
     │   ├── MissingSettingError     a required setting is missing
     │   ├── ConflictingOptionsError options or settings cannot be combined
-    │   ├── CommandLineError        a command-line argument cannot be used
     │   ├── InvalidTimestepError    control_timestep is not a multiple of physics_timestep
     │   ├── ConfigFileError         a YAML file cannot be used; the message contains the file and the line
-    │   ├── MissingFileError        a file does not exist
-    │   ├── TargetExistsError       an output file or folder already exists
     │   ├── MissingDependencyError  an optional package is not installed
     │   ├── ResetOptionError        a value in reset(options=…) is invalid
     │   ├── SceneError              a scene is inconsistent, or the simulator cannot build it
@@ -49,7 +46,10 @@ import difflib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from frobs_core.deprecation import moved_names
 from frobs_core.util.install_hints import local_install_hint
+
+__getattr__ = moved_names(__name__, ["frobs_cli.errors"])
 
 _LONGEST_REASON = 2_000  # [characters]
 
@@ -253,19 +253,6 @@ class ConflictingOptionsError(ConfigurationError):
         super().__init__(f"{' and '.join(self.options)} cannot be combined; {advice}.")
 
 
-class CommandLineError(ConfigurationError):
-    """A command-line argument is invalid.
-
-    Args:
-        argument: The option or argument, such as ``"--args"``.
-        reason: The problem and how to fix it.
-    """
-
-    def __init__(self, argument: str, reason: str) -> None:
-        self.argument, self.reason = argument, reason
-        super().__init__(f"{argument}: {reason}")
-
-
 class InvalidTimestepError(ConfigurationError):
     """``control_timestep`` is not a whole multiple of ``physics_timestep``.
 
@@ -297,32 +284,6 @@ class ConfigFileError(ConfigurationError):
     def __init__(self, path: Path | str, line: int | None, reason: str) -> None:
         self.path, self.line, self.reason = Path(path), line, reason
         super().__init__(f"{path}{f':{line}' if line else ''}: {reason}")
-
-
-class MissingFileError(ConfigurationError):
-    """A file does not exist.
-
-    Args:
-        path: The file or folder.
-        advice: How to fix the problem, or a list of existing files.
-    """
-
-    def __init__(self, path: Path | str, advice: str) -> None:
-        self.path, self.advice = Path(path), advice
-        super().__init__(f"{path} does not exist; {advice}.")
-
-
-class TargetExistsError(ConfigurationError):
-    """An output file or folder already exists and would be overwritten.
-
-    Args:
-        path: The file or folder.
-        advice: What to do instead.
-    """
-
-    def __init__(self, path: Path | str, advice: str) -> None:
-        self.path, self.advice = Path(path), advice
-        super().__init__(f"{path} exists; {advice}.")
 
 
 class MissingDependencyError(ConfigurationError):

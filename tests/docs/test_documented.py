@@ -14,6 +14,7 @@ from types import SimpleNamespace
 import gymnasium as gym
 import pytest
 
+import frobs_cli.errors
 import frobs_core.util.errors
 import frobs_deploy.errors
 import frobs_train.errors
@@ -31,7 +32,7 @@ HOOKS = [
 ]
 ERRORS = [
     value
-    for module in (frobs_core.util.errors, frobs_deploy.errors, frobs_train.errors)
+    for module in (frobs_core.util.errors, frobs_cli.errors, frobs_deploy.errors, frobs_train.errors)
     for value in vars(module).values()
     if inspect.isclass(value) and value.__module__ == module.__name__
 ]

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from contextlib import closing
+from importlib import import_module
 
 import gymnasium as gym
 import numpy as np
 import pytest
 
+from frobs_cli.errors import CommandLineError
 from frobs_core.deprecation import MOVED, FrobsDeprecationWarning, rename_keywords
 from frobs_core.kernel.config import EnvConfig
 from frobs_core.plugins.records import CapabilityRecord, ParameterRecord
@@ -30,6 +32,14 @@ def test_a_moved_name_is_the_same_object_and_says_its_place() -> None:
     from frobs_core.util.errors import FrobsError as Moved
 
     assert FrobsError is Moved
+
+
+@pytest.mark.parametrize("module", ["frobs_core.errors", "frobs_core.util.errors"])
+def test_an_error_of_commands_is_found_in_its_distribution(module: str) -> None:
+    with pytest.warns(FrobsDeprecationWarning) as warnings:
+        error = import_module(module).CommandLineError
+    assert error is CommandLineError
+    assert [f"use frobs_cli.errors.{error.__name__}." in str(one.message) for one in warnings] == [True]
 
 
 def test_a_renamed_class_is_found_under_its_name_of_0_2() -> None:

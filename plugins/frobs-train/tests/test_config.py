@@ -5,13 +5,8 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from frobs_core.util.errors import (
-    CommandLineError,
-    ConfigFileError,
-    ConfigurationError,
-    UnknownNameError,
-    UnknownParameterError,
-)
+from frobs_cli.errors import CommandLineError
+from frobs_core.util.errors import ConfigFileError, ConfigurationError, UnknownNameError, UnknownParameterError
 from frobs_train import decide_threads, resolve_config
 from frobs_train.configuration.advice import advise_controller
 

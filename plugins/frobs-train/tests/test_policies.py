@@ -9,9 +9,10 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
+from frobs_cli.errors import CommandLineError
 from frobs_core import load_policy
 from frobs_core.plugins.registry import pretrained_path
-from frobs_core.util.errors import CommandLineError, ModelMismatchError, RunError, UnknownParameterError
+from frobs_core.util.errors import ModelMismatchError, RunError, UnknownParameterError
 from frobs_deploy import BundleMismatchError
 from frobs_train import PolicyRun, Run, evaluate, open_policy
 from frobs_train.evaluation.evaluate import Evaluation

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from frobs_core.util.errors import CommandLineError
+from frobs_cli.errors import CommandLineError
 from frobs_models import package_name
 
 XacroArgs = Annotated[

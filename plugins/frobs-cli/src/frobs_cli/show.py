@@ -15,6 +15,7 @@ from frobs_cli.describe_environment import describe_environment, readable_enviro
 from frobs_cli.describe_extension import describe_extension
 from frobs_cli.describe_record import describe_record
 from frobs_cli.describe_robot import describe_file, robot_of
+from frobs_cli.errors import CommandLineError
 from frobs_cli.facts import print_facts
 from frobs_cli.model_options import PackagePath, XacroArgs, package_paths, xacro_args
 from frobs_cli.options import Json
@@ -25,7 +26,7 @@ from frobs_core.description import Robot
 from frobs_core.models import is_model_file
 from frobs_core.plugins import registry
 from frobs_core.plugins.records import KINDS
-from frobs_core.util.errors import CommandLineError, MissingDependencyError, UnknownNameError
+from frobs_core.util.errors import MissingDependencyError, UnknownNameError
 from frobs_core.util.yaml import dump_yaml
 
 Facts = dict[str, Any]

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from frobs_cli.errors import CommandLineError
 from frobs_cli.facts import print_facts
 from frobs_cli.formats import duration
 from frobs_cli.model_options import PackagePath, XacroArgs, robot_keywords
 from frobs_cli.options import Controller, EnvId, Json, Robot, Simulator, Tcp
 from frobs_cli.output import only_json, print_json, working
-from frobs_core.util.errors import CommandLineError
 from frobs_devkit.cli.bench_scaling import (
     Jobs,
     Network,

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from frobs_cli.errors import CommandLineError
 from frobs_cli.facts import print_facts
 from frobs_cli.formats import duration, percent
 from frobs_cli.output import console, only_json, print_json, print_line, print_note, working
-from frobs_core.util.errors import CommandLineError
 
 if TYPE_CHECKING:
     from frobs_devkit.scaling import Prediction, ScalingModel, ScalingPoint, ScalingResult

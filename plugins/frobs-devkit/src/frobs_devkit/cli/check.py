@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from frobs_cli.completion import complete_id
+from frobs_cli.errors import CommandLineError
 from frobs_cli.options import Json
 from frobs_cli.output import console, only_json, print_json
-from frobs_core.util.errors import CommandLineError
 
 if TYPE_CHECKING:
     from frobs_devkit.testing import Report, Result, Subject

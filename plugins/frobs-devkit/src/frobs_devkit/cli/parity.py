@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from frobs_cli.completion import complete_id, complete_policy
+from frobs_cli.errors import CommandLineError
 from frobs_cli.model_options import PackagePath, XacroArgs, robot_keywords
 from frobs_cli.options import Controller, Json, Robot, Tcp
 from frobs_cli.output import console, only_json, print_json, print_line, print_note, print_table, print_title, working
-from frobs_core.util.errors import CommandLineError, ConflictingOptionsError
+from frobs_core.util.errors import ConflictingOptionsError
 from frobs_train.cli.runner_options import JobCpus, JobMemory, RayAddress, RunnerName, open_runner
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from frobs_core.util.errors import MissingFileError, TargetExistsError
+from frobs_cli.errors import MissingFileError, TargetExistsError
 from frobs_devkit.scaffold.answers import QUESTIONS, asked, find_problem
 from frobs_devkit.scaffold.clashes import check_clashes
 from frobs_devkit.scaffold.errors import AnswerError

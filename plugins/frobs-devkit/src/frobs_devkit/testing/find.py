@@ -10,10 +10,11 @@ from typing import Any
 import gymnasium as gym
 
 from frobs_cli import catalogue
+from frobs_cli.errors import CommandLineError
 from frobs_core import plugins
 from frobs_core.plugins import PluginReport, normalize, registry
 from frobs_core.plugins.records import KINDS, SimulatorRecord, TaskRecord
-from frobs_core.util.errors import AmbiguousNameError, CommandLineError, UnknownNameError, nearest
+from frobs_core.util.errors import AmbiguousNameError, UnknownNameError, nearest
 from frobs_devkit.testing.algorithm import check_algorithm
 from frobs_devkit.testing.checks import Check, Inconclusive, only
 from frobs_devkit.testing.controller import check_controller

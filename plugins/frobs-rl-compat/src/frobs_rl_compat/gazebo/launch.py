@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from frobs_core.util.errors import MissingFileError, MissingSettingError, ParameterValueError
+from frobs_cli.errors import MissingFileError
+from frobs_core.util.errors import MissingSettingError, ParameterValueError
 from frobs_rl_compat.ros import backends
 from frobs_rl_compat.ros.logged_errors import answers
 from frobs_ros.errors import ProcessError

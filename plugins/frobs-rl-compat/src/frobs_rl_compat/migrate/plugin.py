@@ -10,8 +10,9 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+from frobs_cli.errors import TargetExistsError
 from frobs_core.description import Lidar
-from frobs_core.util.errors import ConfigurationError, TargetExistsError
+from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.scaffold import copy_model, render, resolve
 from frobs_rl_compat.migrate.advice import note_the_task, note_what_is_left
 from frobs_rl_compat.migrate.comments import todo

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from frobs_core.util.errors import ConfigurationError, TargetExistsError
+from frobs_cli.errors import TargetExistsError
+from frobs_core.util.errors import ConfigurationError
 from frobs_core.util.plain import plain, to_json
 from frobs_core.util.yaml import dump_yaml, load_yaml
 from frobs_rl_compat.migrate.errors import MigrationError

@@ -7,7 +7,8 @@ import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from frobs_core.util.errors import ConfigurationError, FrobsError, MissingFileError, ParameterValueError
+from frobs_cli.errors import MissingFileError
+from frobs_core.util.errors import ConfigurationError, FrobsError, ParameterValueError
 from frobs_models import path_folders
 from frobs_rl_compat.replacements import arguments
 from frobs_rl_compat.ros import backends

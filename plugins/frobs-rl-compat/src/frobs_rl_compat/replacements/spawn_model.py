@@ -7,7 +7,8 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Any
 
-from frobs_core.util.errors import FrobsError, MissingFileError
+from frobs_cli.errors import MissingFileError
+from frobs_core.util.errors import FrobsError
 from frobs_core.util.rotations import quat_from_rpy
 from frobs_models import path_folders
 from frobs_rl_compat.gazebo.poses import pose_message

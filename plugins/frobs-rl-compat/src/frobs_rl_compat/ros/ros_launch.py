@@ -6,7 +6,8 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from frobs_core.util.errors import MissingFileError, ParameterValueError
+from frobs_cli.errors import MissingFileError
+from frobs_core.util.errors import ParameterValueError
 from frobs_rl_compat.ros.logged_errors import answers
 from frobs_ros.errors import ProcessError
 from frobs_ros.ros import LOG, master, nodes, processes

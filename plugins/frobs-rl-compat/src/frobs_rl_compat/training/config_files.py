@@ -5,7 +5,8 @@ from __future__ import annotations
 from importlib.util import find_spec
 from pathlib import Path
 
-from frobs_core.util.errors import ConfigurationError, MissingFileError, nearest
+from frobs_cli.errors import MissingFileError
+from frobs_core.util.errors import ConfigurationError, nearest
 
 DEFAULT_PACKAGE = "frobs_rl"
 """Name of FRobs_RL's package, under which the default files are available even if the package is not installed."""

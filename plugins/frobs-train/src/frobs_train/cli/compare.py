@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from frobs_cli.errors import CommandLineError
 from frobs_cli.formats import duration, number, percent
 from frobs_cli.options import Json
 from frobs_cli.output import only_json, print_json, print_line, print_note, print_table, print_title
-from frobs_core.util.errors import CommandLineError
 from frobs_train.cli.runner_options import JobCpus, JobMemory, RayAddress, RunnerName, open_runner
 
 if TYPE_CHECKING:

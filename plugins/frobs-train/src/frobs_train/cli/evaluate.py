@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from frobs_cli.errors import CommandLineError
 from frobs_cli.facts import print_facts
 from frobs_cli.formats import number, percent
 from frobs_cli.options import CheckpointName, Json, LongestEpisode, Randomized, Seed, Simulator
 from frobs_cli.output import only_json, print_json, working
-from frobs_core.util.errors import CommandLineError
 from frobs_train.cli.opened import (
     ModelAlgorithm,
     ModelPath,

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from frobs_cli.completion import complete_policy
-from frobs_core.util.errors import CommandLineError, ConflictingOptionsError
+from frobs_cli.errors import CommandLineError
+from frobs_core.util.errors import ConflictingOptionsError
 
 if TYPE_CHECKING:
     from frobs_train import Run

@@ -8,10 +8,10 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, cast
 
+from frobs_cli.errors import CommandLineError
 from frobs_core.plugins.records import AlgorithmRecord
 from frobs_core.sensing.randomization import read_settings
 from frobs_core.util.errors import (
-    CommandLineError,
     ConfigFileError,
     ConfigurationError,
     ConflictingOptionsError,

@@ -10,6 +10,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
+from frobs_cli.errors import CommandLineError
 from frobs_core.contracts import Algorithm, Policy
 from frobs_core.deprecation import deprecated
 from frobs_core.description import Observation
@@ -17,7 +18,7 @@ from frobs_core.kernel.policies import load_policy as open_policy_in
 from frobs_core.kernel.policies import make_policy
 from frobs_core.plugins.registry import bare_id
 from frobs_core.util.arrays import Action, Mask
-from frobs_core.util.errors import CheckpointError, CommandLineError, ModelMismatchError, RunError
+from frobs_core.util.errors import CheckpointError, ModelMismatchError, RunError
 from frobs_train.configuration.config import algorithm_record, differences
 from frobs_train.export.bundle_run import BundleRun, open_pretrained, open_run_or_bundle
 from frobs_train.runs.model_file import is_model_file, load_model_file
