@@ -1,6 +1,7 @@
 """The page of the rules by which model files are read."""
 
-from frobs_core.models import RULES, Treatment
+from frobs_core.models import Treatment
+from frobs_models import RULES
 from generate.rst import code, heading, label, table
 
 

@@ -41,7 +41,7 @@ from frobs_core.models.model import (
     Vector3,
     Visual,
 )
-from frobs_core.models.notes import RULES, Note, Rule, Treatment
+from frobs_core.models.notes import Note, Treatment
 from frobs_core.models.solids import solid, solid_inertial
 from frobs_core.models.tree import joints_below, outward
 
@@ -50,7 +50,6 @@ __getattr__ = moved_names(__name__)
 __all__ = [
     "BANDWIDTH",
     "MOVING",
-    "RULES",
     "TOOL_NAMES",
     "Box",
     "Capsule",
@@ -67,7 +66,6 @@ __all__ = [
     "Note",
     "Pose",
     "RobotModel",
-    "Rule",
     "Sphere",
     "Treatment",
     "Vector3",

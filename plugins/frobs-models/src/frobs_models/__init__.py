@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from frobs_models.meshes.mesh import scaled as scaled
     from frobs_models.meshes.mesh import write_stl as write_stl
     from frobs_models.mount import attach as attach
+    from frobs_models.notes import RULES as RULES
+    from frobs_models.notes import Rule as Rule
     from frobs_models.resources import Packages as Packages
     from frobs_models.resources import package_name as package_name
     from frobs_models.resources import packages_below as packages_below
@@ -49,7 +51,9 @@ _MODULES = {
     "Element": "frobs_models.xmltree",
     "MeshPart": "frobs_models.meshes.mesh",
     "Packages": "frobs_models.resources",
+    "RULES": "frobs_models.notes",
     "Rgba": "frobs_models.meshes.mesh",
+    "Rule": "frobs_models.notes",
     "TranslationTable": "frobs_models.translation",
     "attach": "frobs_models.mount",
     "bounding_box": "frobs_models.meshes.mesh",

@@ -2,7 +2,7 @@
 
 Nothing is changed silently. Ambiguous or meaningless elements, such as a link with two parents, a zero axis or a number
 that is not finite, raise an error. Elements that engines cannot simulate but that have an obvious interpretation are
-repaired in the model's ``xml``, and a note is added to ``RobotModel.notes``. ``frobs_core.models.RULES`` contains the
+repaired in the model's ``xml``, and a note is added to ``RobotModel.notes``. ``frobs_models.RULES`` contains the
 rules for repairs.
 """
 
