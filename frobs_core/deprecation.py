@@ -91,6 +91,7 @@ MOVED: Mapping[str, Sequence[str]] = {
         "frobs_core.description",
         "frobs_models",
         "frobs_core.kernel.policies",
+        "frobs_controllers.discrete",
     ],
     "frobs_core.models": ["frobs_models"],
     "frobs_core.observation": ["frobs_core.description", "frobs_core.sensing.observation"],
@@ -122,8 +123,9 @@ def moved_names(module: str, places: Sequence[str] = (), stacklevel: int = 2) ->
     places = places or MOVED[module]
 
     def find(name: str) -> Any:
-        if name == "__all__":
-            return [exported for place in places for exported in getattr(import_module(place), "__all__", ())]
+        public = [one for place in places if name == "__all__" for one in getattr(import_module(place), name, ())]
+        if public:
+            return public
         package = vars(sys.modules[module]).get("__path__") if module in sys.modules else None
         if name.startswith("__") or (package and PathFinder.find_spec(f"{module}.{name}", package)):  # not imported yet
             raise AttributeError(f"module '{module}' has no attribute '{name}'")

@@ -5,7 +5,7 @@ from frobs_core.contracts.applied_wrenches import AppliedWrenches, Wrench
 from frobs_core.contracts.body_handle import BodyHandle
 from frobs_core.contracts.contacts import ContactState
 from frobs_core.contracts.control import Control, RobotControl, joint_groups
-from frobs_core.contracts.controller import Controller, ControllerWrapper
+from frobs_core.contracts.controller import Controller
 from frobs_core.contracts.joint_group import JointGroup, JointSubset
 from frobs_core.contracts.model_reader import ModelReader
 from frobs_core.contracts.pacing import Pacer
@@ -27,7 +27,6 @@ __all__ = [
     "ContactState",
     "Control",
     "Controller",
-    "ControllerWrapper",
     "Expert",
     "GoalTask",
     "JointGroup",

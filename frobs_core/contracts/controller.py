@@ -11,7 +11,7 @@ import numpy as np
 
 from frobs_core.contracts.joint_group import JointGroup
 from frobs_core.contracts.simulation import Simulation
-from frobs_core.contracts.stateful import Snapshot, Stateful
+from frobs_core.contracts.stateful import Stateful
 from frobs_core.description.command import CommandMode
 from frobs_core.description.scene import Scene
 from frobs_core.util.arrays import Action, Floats, Mask
@@ -107,50 +107,3 @@ class Controller(Stateful, ABC):
         joints without a limit. Return None if actions are not joint positions.
         """
         return None
-
-
-class ControllerWrapper(Controller):
-    """A controller that modifies actions before passing them to another controller.
-
-    A subclass sets :attr:`action_space` in ``bind`` and modifies the action in ``apply``. All other methods are
-    delegated to the wrapped controller.
-
-    Args:
-        inner: The wrapped controller.
-
-    Attributes:
-        inner: The wrapped controller.
-    """
-
-    def __init__(self, inner: Controller) -> None:
-        self.inner = inner
-        self.command_mode, self.rate = inner.command_mode, inner.rate  # type: ignore[misc] # ClassVars, set per instance
-
-        # The environment calls optional methods only if a controller overrides them, so delegate by assignment.
-        self.bind_scene, self.update, self.info = inner.bind_scene, inner.update, inner.info  # type: ignore[method-assign]
-
-    def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
-        """Bind the wrapped controller and use its action space."""
-        self.inner.bind(joints, control_timestep, decimation)
-        self.action_space = self.inner.action_space
-
-    def reset(self, mask: Mask | None) -> None:
-        """Reset the wrapped controller."""
-        self.inner.reset(mask)
-
-    def apply(self, action: Action) -> Floats:
-        """Return the command of the wrapped controller."""
-        return self.inner.apply(action)
-
-    @property
-    def max_action_change(self) -> Floats | None:
-        """Return the wrapped controller's value."""
-        return self.inner.max_action_change
-
-    def snapshot(self) -> Snapshot:
-        """Return the state of the wrapped controller."""
-        return self.inner.snapshot()
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self.inner.restore(snapshot)

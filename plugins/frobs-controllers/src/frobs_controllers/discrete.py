@@ -9,12 +9,59 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core import plugins
-from frobs_core.contracts import ControllerWrapper, JointGroup
+from frobs_core.contracts import Controller, JointGroup, Snapshot
 from frobs_core.kernel.compose import build
 from frobs_core.plugins.records import ControllerRecord
-from frobs_core.util.arrays import Action, Floats
+from frobs_core.util.arrays import Action, Floats, Mask
 from frobs_core.util.errors import IncompatibleSpaceError, InvalidActionError, ParameterValueError
 from frobs_core.util.validation import positive
+
+
+class ControllerWrapper(Controller):
+    """A controller that modifies actions before passing them to another controller.
+
+    A subclass sets :attr:`action_space` in ``bind`` and modifies the action in ``apply``. All other methods are
+    delegated to the wrapped controller.
+
+    Args:
+        inner: The wrapped controller.
+
+    Attributes:
+        inner: The wrapped controller.
+    """
+
+    def __init__(self, inner: Controller) -> None:
+        self.inner = inner
+        self.command_mode, self.rate = inner.command_mode, inner.rate  # type: ignore[misc] # ClassVars, set per instance
+
+        # The environment calls optional methods only if a controller overrides them, so delegate by assignment.
+        self.bind_scene, self.update, self.info = inner.bind_scene, inner.update, inner.info  # type: ignore[method-assign]
+
+    def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
+        """Bind the wrapped controller and use its action space."""
+        self.inner.bind(joints, control_timestep, decimation)
+        self.action_space = self.inner.action_space
+
+    def reset(self, mask: Mask | None) -> None:
+        """Reset the wrapped controller."""
+        self.inner.reset(mask)
+
+    def apply(self, action: Action) -> Floats:
+        """Return the command of the wrapped controller."""
+        return self.inner.apply(action)
+
+    @property
+    def max_action_change(self) -> Floats | None:
+        """Return the wrapped controller's value."""
+        return self.inner.max_action_change
+
+    def snapshot(self) -> Snapshot:
+        """Return the state of the wrapped controller."""
+        return self.inner.snapshot()
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Restore a snapshot."""
+        self.inner.restore(snapshot)
 
 
 class Discrete(ControllerWrapper):
