@@ -9,7 +9,6 @@ from frobs_core.contracts.controller import Controller
 from frobs_core.contracts.joint_group import JointGroup, JointSubset
 from frobs_core.contracts.model_reader import ModelReader
 from frobs_core.contracts.pacing import Pacer
-from frobs_core.contracts.parameters import WrittenParameters
 from frobs_core.contracts.policy import Expert, Policy
 from frobs_core.contracts.robot_handle import RobotHandle, active_gains
 from frobs_core.contracts.simulation import BareEngine, Simulation
@@ -44,7 +43,6 @@ __all__ = [
     "Task",
     "TrainingMonitor",
     "Wrench",
-    "WrittenParameters",
     "active_gains",
     "joint_groups",
 ]

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from frobs_models.mount import attach as attach
     from frobs_models.notes import RULES as RULES
     from frobs_models.notes import Rule as Rule
+    from frobs_models.parameters import WrittenParameters as WrittenParameters
     from frobs_models.resources import Packages as Packages
     from frobs_models.resources import package_name as package_name
     from frobs_models.resources import packages_below as packages_below
@@ -55,6 +56,7 @@ _MODULES = {
     "Rgba": "frobs_models.meshes.mesh",
     "Rule": "frobs_models.notes",
     "TranslationTable": "frobs_models.translation",
+    "WrittenParameters": "frobs_models.parameters",
     "attach": "frobs_models.mount",
     "bounding_box": "frobs_models.meshes.mesh",
     "check_tree": "frobs_models.tree",

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frobs_core.contracts import Snapshot, WrittenParameters
+from frobs_core.contracts import Snapshot
 from frobs_core.models import inertia_matrix
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.rotations import matrix_from_quat
+from frobs_models import WrittenParameters
 from frobs_sim_gazebo import protocol
 from frobs_sim_gazebo.protocol import Op
 

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frobs_core.contracts import Snapshot, WrittenParameters
+from frobs_core.contracts import Snapshot
 from frobs_core.util.arrays import Mask
+from frobs_models import WrittenParameters
 
 if TYPE_CHECKING:
     from frobs_sim_pybullet.simulation import PybulletSimulation

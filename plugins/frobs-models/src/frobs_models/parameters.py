@@ -1,16 +1,16 @@
-"""Physical parameters for simulators whose engine does not store them per environment."""
+"""Physical parameters of models and scenes, for simulators whose engine does not store them per environment."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 
-from frobs_core.contracts.stateful import Snapshot
-from frobs_core.description.scene import Placement, Scene
-from frobs_core.models.model import Link
+from frobs_core.contracts import Snapshot
+from frobs_core.description import Placement, Scene
+from frobs_core.models import Link
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import PhysicsParameterError, UnknownNameError, check_name
 
@@ -18,25 +18,6 @@ NAMES = ("mass", "friction", "stiffness", "damping", "joint_damping", "gravity")
 """Parameters supported by every simulator that uses ``WrittenParameters``. Simulators that can rebuild bodies also
 support ``size``.
 """
-
-
-class Driven(Protocol):
-    """A robot with writable drive gains.
-
-    Attributes:
-        joint_damping: (num_envs, dof)
-    """
-
-    joint_damping: Floats
-
-    def drive_gains(self) -> tuple[Floats, Floats]:
-        """Return Kp and Kd, (num_envs, dof) each."""
-
-    def refresh_gains(self) -> None:
-        """Recompute values that depend on the drive gains."""
-
-    def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
-        """Set Kp (``which=0``) or Kd (``which=1``) for the environments in ``rows``."""
 
 
 class WrittenParameters(ABC):
@@ -47,7 +28,9 @@ class WrittenParameters(ABC):
     Args:
         placements: The robots of the scene.
         scene: The rest of the scene.
-        robots: Handles of the robots. The caller may fill the mapping after constructing the object.
+        robots: Handles of the robots, which also have the array ``joint_damping``, (num_envs, dof), and a method
+            ``write_gains(which, rows, values)`` that sets Kp (``which=0``) or Kd (``which=1``). The caller may fill the
+            mapping after constructing the object.
         num_envs: ≥ 1.
 
     Attributes:
@@ -58,7 +41,7 @@ class WrittenParameters(ABC):
     names: Sequence[str] = NAMES
 
     def __init__(
-        self, placements: Mapping[str, Placement], scene: Scene, robots: Mapping[str, Driven], num_envs: int
+        self, placements: Mapping[str, Placement], scene: Scene, robots: Mapping[str, Any], num_envs: int
     ) -> None:
         self._placements, self._scene, self._robots, self._num_envs = placements, scene, robots, num_envs
         self.written: dict[tuple[str, str], Floats] = {}
@@ -80,18 +63,15 @@ class WrittenParameters(ABC):
             UnknownNameError: The body does not exist.
         """
         links = [f"{robot}/{link.name}" for robot, placed in self._placements.items() for link in placed.model.links]
-        names = [*self._scene.bodies, *links]
-        check_name("body", name, names)
+        check_name("body", name, [*self._scene.bodies, *links])
 
     def read(self, name: str, target: str) -> Floats:
         """Return a parameter's value in each environment, (num_envs, …)."""
         match name:
-            case "stiffness":
-                return self._robot(target).drive_gains()[0].copy()
-            case "damping":
-                return self._robot(target).drive_gains()[1].copy()
+            case "stiffness" | "damping":
+                return np.array(self._robot(target).drive_gains()[name == "damping"])
             case "joint_damping":
-                return self._robot(target).joint_damping.copy()
+                return np.array(self._robot(target).joint_damping)
             case "mass" | "friction" | "gravity" | "size" if name in self.names:
                 nominal = self._nominal(name, target)
                 written = self.written.get((name, target))
@@ -177,6 +157,5 @@ class WrittenParameters(ABC):
         robot, _, name = target.partition("/")
         return next(link for link in self._placements[robot].model.links if link.name == name)
 
-    def _robot(self, name: str) -> Driven:
-        check_name("robot", name, self._robots)
-        return self._robots[name]
+    def _robot(self, name: str) -> Any:
+        return self._robots[check_name("robot", name, self._robots)]
