@@ -18,6 +18,7 @@ from frobs_core.models.kinematics import (
     joint_path,
     longest_reach,
     moved,
+    outward,
     pose_array,
     pose_from_array,
 )
@@ -43,7 +44,6 @@ from frobs_core.models.model import (
 )
 from frobs_core.models.notes import Note, Treatment
 from frobs_core.models.solids import solid, solid_inertial
-from frobs_core.models.tree import joints_below, outward
 
 __getattr__ = moved_names(__name__)
 
@@ -80,7 +80,6 @@ __all__ = [
     "inertia_matrix",
     "is_model_file",
     "joint_path",
-    "joints_below",
     "load_model",
     "longest_reach",
     "moved",

@@ -217,3 +217,17 @@ def _left_product(quat_wxyz: Floats) -> Floats:
     """Return the matrix, (4, 4), that multiplies a quaternion by ``quat_wxyz`` from the left."""
     w, x, y, z = quat_wxyz
     return np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
+
+
+def outward(model: RobotModel) -> list[Joint]:
+    """Return the joints, sorted so that each joint comes after the joint that moves its parent link."""
+    below: dict[str, list[Joint]] = {}
+    for joint in model.joints:
+        below.setdefault(joint.parent, []).append(joint)
+    found: list[Joint] = []
+    waiting = [model.root]
+    while waiting:
+        joints = below.get(waiting.pop(), [])
+        found += joints
+        waiting += [joint.child for joint in joints]
+    return found

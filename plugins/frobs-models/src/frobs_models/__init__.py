@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from frobs_models.tree import check_tree as check_tree
     from frobs_models.tree import check_unique as check_unique
     from frobs_models.tree import flatten_mimics as flatten_mimics
+    from frobs_models.tree import joints_below as joints_below
     from frobs_models.urdf.urdf import read_joint as read_joint
     from frobs_models.urdf.urdf import read_urdf as read_urdf
     from frobs_models.xacro.files import expand_xacro as expand_xacro
@@ -68,6 +69,7 @@ _MODULES = {
     "fingerprint": "frobs_models.fingerprints",
     "flatten_mimics": "frobs_models.tree",
     "joined": "frobs_models.meshes.mesh",
+    "joints_below": "frobs_models.tree",
     "link_bounds": "frobs_models.bounds",
     "lowest_points": "frobs_models.bounds",
     "open_document": "frobs_models.load",

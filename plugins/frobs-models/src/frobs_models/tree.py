@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
-from frobs_core.models import Joint, JointType, Mimic
+from frobs_core.models import Joint, JointType, Mimic, RobotModel
 from frobs_core.util.budgets import BUDGETS
+from frobs_core.util.errors import ModelFileError
 from frobs_models.xmltree import Element
 
 
@@ -108,3 +109,34 @@ def flatten_mimics(joints: Sequence[Joint], elements: Mapping[str, Element]) -> 
             joint = replace(joint, mimic=Mimic(leader.name, multiplier, offset))
         flat.append(joint)
     return tuple(flat)
+
+
+def joints_below(model: RobotModel) -> dict[str, list[Joint]]:
+    """Return the child joints of each link, by link name.
+
+    Raises:
+        ModelFileError: The model has floating or planar joints, which no simulator supports, or passive joints or
+            unknown masses, which only MuJoCo supports.
+    """
+    if model.passive_joints:
+        raise ModelFileError(
+            model.path,
+            f"the file has no actuators for the joints {', '.join(model.passive_joints)}; only simulator='mujoco' "
+            "simulates passive joints.",
+        )
+    if unknown := [note.element for note in model.notes if note.rule == "mesh-mass"]:
+        raise ModelFileError(
+            model.path,
+            f"the mass of {', '.join(unknown)} depends on shapes that only simulator='mujoco' supports; "
+            "add an <inertial>.",
+        )
+    below: dict[str, list[Joint]] = {}
+    for joint in model.joints:
+        if joint.type in (JointType.FLOATING, JointType.PLANAR):
+            raise ModelFileError(
+                model.path,
+                f"joint '{joint.name}' is {joint.type.value}; only revolute, continuous, prismatic and fixed joints "
+                "can be simulated. For a free base, set base='floating' in the robot's description.",
+            )
+        below.setdefault(joint.parent, []).append(joint)
+    return below

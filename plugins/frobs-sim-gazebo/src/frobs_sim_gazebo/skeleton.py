@@ -15,12 +15,12 @@ from frobs_core.models import (
     RobotModel,
     compose,
     inertia_matrix,
-    joints_below,
     parallel_axis,
     pose_array,
 )
 from frobs_core.util.arrays import Floats
 from frobs_core.util.rotations import matrix_from_quat, quat_from_matrix
+from frobs_models import joints_below
 
 
 @dataclass(frozen=True)

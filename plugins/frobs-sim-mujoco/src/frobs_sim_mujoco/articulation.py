@@ -10,8 +10,9 @@ import numpy as np
 
 from frobs_core.contracts import active_gains
 from frobs_core.description import Placement
-from frobs_core.models import Inertial, Joint, JointType, inertia_matrix, joints_below
+from frobs_core.models import Inertial, Joint, JointType, inertia_matrix
 from frobs_core.util.errors import ModelFileError
+from frobs_models import joints_below
 from frobs_sim_mujoco.geoms import VISUAL_GROUP, add_shape
 from frobs_sim_mujoco.meshes import Meshes
 

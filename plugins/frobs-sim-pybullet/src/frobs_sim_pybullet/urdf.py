@@ -30,10 +30,10 @@ from frobs_core.models import (
     RobotModel,
     Sphere,
     Visual,
-    joints_below,
 )
 from frobs_core.util.errors import ModelFileError
 from frobs_core.util.rotations import matrix_from_quat, quat_from_matrix
+from frobs_models import joints_below
 from frobs_sim_pybullet.meshes import MeshFiles
 from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector, compose, from_pose, invert, rpy_from_quat
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.models import Pose, joints_below
+from frobs_core.models import Pose
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import UnsuitableRobotError
+from frobs_models import joints_below
 from frobs_sim_pybullet.articulation import Articulation
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.bullet import quiet
