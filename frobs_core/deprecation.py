@@ -106,6 +106,7 @@ names.
 RENAMED: Mapping[str, str] = {
     "AbilityRecord": "CapabilityRecord",
     "abilities": "known_capabilities",
+    "ObservationTermError": "ConfigurationError",
     "RandomizationError": "SettingError",
     "SensorSettingError": "SettingError",
 }

@@ -13,7 +13,7 @@ from frobs_core.kernel.env import RobotEnv
 from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.plugins import get_record
 from frobs_core.plugins.records import SimulatorRecord
-from frobs_core.util.errors import CapabilityError, ObservationTermError, UnknownNameError
+from frobs_core.util.errors import CapabilityError, ConfigurationError, UnknownNameError
 
 PARTS: dict[str, Any] = {"task": "reach", "robot": "irb120", "controller": "joint_delta_position"}
 NOISY = {"sensors": {"hand": {"type": "imu", "frame": "link_6", "noise": 0.5, "dropout": 0.2}}}
@@ -103,7 +103,7 @@ def test_wrong_settings_are_named() -> None:
             env.read_terms({"x": {"type": "joint_position"}})
         with pytest.raises(UnknownNameError, match="body of the observation term 'x' is named 'cube'"):
             env.read_terms({"x": {"type": "body", "body": "cube"}})
-        with pytest.raises(ObservationTermError, match="'goal' is None"):
+        with pytest.raises(ConfigurationError, match="'goal' is None"):
             env.read_terms({"goal": None})
         with pytest.raises(CapabilityError, match=r"observations\.eye"):
             env.read_terms({"eye": {"camera": "overview"}})

@@ -14,8 +14,15 @@ from frobs_core.description import VECTORS, Marker, ObservationTerm, Scene, Sens
 from frobs_core.plugins.records import Level
 from frobs_core.sensing.sensors import Sensors
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import ObservationTermError, check_name
+from frobs_core.util.errors import (
+    ConfigurationError,
+    MissingSettingError,
+    ParameterValueError,
+    check_keys,
+    check_name,
+)
 from frobs_core.util.random import RandomSource
+from frobs_core.util.validation import boolean, choice
 
 TYPES: Mapping[str, frozenset[str]] = {
     "joint_positions": frozenset({"robot"}),
@@ -48,39 +55,32 @@ def read_settings(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     for name, value in given.items():
         if value is None:  # drops the task's term
             continue
+        owner = f"observations.{name}"
         if not isinstance(value, Mapping):
-            raise ObservationTermError(
-                name, f'must be a mapping such as {{"type": "joint_positions"}}, but it is {value!r}.'
-            )
+            raise ParameterValueError(owner, value, 'a mapping such as {"type": "joint_positions"}')
         settings = dict(value)
         if "camera" in settings:
             settings.setdefault("type", "camera")
         kind = str(settings.get("type"))
         check_name(f"type of the observation term '{name}'", kind, TYPES)
-        for key in settings.keys() - {"type"}:
-            check_name(f"setting of the observation term '{name}'", key, TYPES[kind])
+        check_keys(owner, settings, {"type", *TYPES[kind]})
         for key in TYPES[kind] - _OPTIONAL:
             if not isinstance(settings.get(key), str):
-                raise ObservationTermError(name, f"requires the setting '{key}', which is the name of a {key}.")
+                raise MissingSettingError(owner, key, f"write the name of a {key}")
         if kind == "camera":
-            _check_camera(name, settings)
+            _check_camera(owner, settings)
         found[name] = settings
     return found
 
 
-def _check_camera(name: str, settings: dict[str, Any]) -> None:
+def _check_camera(owner: str, settings: dict[str, Any]) -> None:
     size = settings.setdefault("size", (84, 84))
     whole = isinstance(size, list | tuple) and all(isinstance(side, int | np.integer) for side in size)
     if not whole or len(size) != 2 or not all(0 < side <= MAX_SIDE for side in size):
-        raise ObservationTermError(
-            name, f"has the invalid size {size!r}; write [height, width] in pixels, each between 1 and {MAX_SIDE}."
-        )
-    check_name(f"modality of the observation term '{name}'", str(settings.setdefault("modality", "rgb")), MODALITIES)
+        raise ParameterValueError("size", size, f"[height, width] in pixels, each from 1 to {MAX_SIDE}", owner)
+    choice(f"{owner}.modality", settings.setdefault("modality", "rgb"), MODALITIES)
     for key, default in {"fast": True, "markers": False}.items():
-        if not isinstance(settings.setdefault(key, default), bool):
-            raise ObservationTermError(
-                name, f"has the setting '{key}' = {settings[key]!r}, which must be true or false."
-            )
+        boolean(f"{owner}.{key}", settings.setdefault(key, default))
 
 
 def without_dropped(terms: Mapping[str, ObservationTerm], given: Mapping[str, Any]) -> dict[str, ObservationTerm]:
@@ -95,8 +95,9 @@ def without_dropped(terms: Mapping[str, ObservationTerm], given: Mapping[str, An
     dropped = {name for name, value in given.items() if value is None}
     for name in dropped - {"*"}:
         if terms[check_name("term of the task", name, terms)].key != VECTORS:
-            raise ObservationTermError(
-                name, "cannot be dropped, because goal-conditioned tasks require their goal terms."
+            raise ConfigurationError(
+                f"the observation term '{name}' cannot be dropped, because goal-conditioned tasks require their goal "
+                "terms."
             )
     if "*" in dropped:
         return {name: term for name, term in terms.items() if term.key != VECTORS}

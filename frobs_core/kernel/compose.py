@@ -23,9 +23,9 @@ from frobs_core.sensing.observation import Observations
 from frobs_core.sensing.randomization import Randomization, Settings, physical_parameters, read_settings
 from frobs_core.sensing.sensors import with_contacts
 from frobs_core.util.errors import (
+    ConfigurationError,
     ConflictingOptionsError,
     InvalidTimestepError,
-    ObservationTermError,
     ParameterValueError,
     check_keys,
 )
@@ -215,7 +215,9 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
         terms = without_dropped(task.observation_terms(), config.observations)
         for name in added.terms:
             if name in terms:
-                raise ObservationTermError(name, "is already a term of the task; choose another name.")
+                raise ConfigurationError(
+                    f"the observation term '{name}' is already a term of the task; choose another name."
+                )
         observations = Observations(num_envs, {**terms, **added.terms})
         randomization = None if settings is None else Randomization(settings, simulation, joined, observations, control)
     except BaseException:
@@ -225,7 +227,9 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
     def bind_terms(given: Mapping[str, Any]) -> AddedTerms:
         settings = read_observations(given)
         for name in given.keys() - settings.keys():
-            raise ObservationTermError(name, "is None, but only a term of the observation can be dropped.")
+            raise ConfigurationError(
+                f"the observation term '{name}' is None, but only a term of the observation can be dropped."
+            )
         check_capabilities(simulator.name, simulator.capabilities, needed_capabilities(settings))
         return AddedTerms(settings, simulation, scene, joined, context, task.markers, control)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from frobs_core.description.observation_term import VECTORS, Observation, ObservationTerm
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import ConfigurationError, ObservationTermError
+from frobs_core.util.errors import ConfigurationError
 
 
 class Observations:
@@ -40,8 +40,9 @@ class Observations:
         parts: dict[str, dict[str, ObservationTerm]] = {}
         for name, term in self.terms.items():
             if term.low.shape != term.high.shape:
-                raise ObservationTermError(
-                    name, f"has bounds with different shapes, {term.low.shape} and {term.high.shape}."
+                raise ConfigurationError(
+                    f"the observation term '{name}' has bounds with different shapes, {term.low.shape} and "
+                    f"{term.high.shape}."
                 )
             part = parts.setdefault(term.key, {})
             part[name] = term
@@ -55,8 +56,9 @@ class Observations:
         for key, part in parts.items():
             images = [name for name, term in part.items() if not term.is_vector]
             if images and (len(part) > 1 or key == VECTORS):
-                raise ObservationTermError(
-                    images[0], f"is not a float32 vector, so it cannot share the key '{key}'; use a separate key."
+                raise ConfigurationError(
+                    f"the observation term '{images[0]}' is not a float32 vector, so it cannot share the key '{key}'; "
+                    "use a separate key."
                 )
         spaces: dict[str, gym.Space[Any]] = {key: _space(list(part.values())) for key, part in parts.items()}
         self.space: gym.Space[Any] = spaces[VECTORS] if spaces.keys() == {VECTORS} else gym.spaces.Dict(spaces)
@@ -84,8 +86,9 @@ class Observations:
         for name, term in self.terms.items():
             shape, wanted = np.shape(term.read()), (self._num_envs, *term.low.shape)
             if shape != wanted:
-                raise ObservationTermError(
-                    name, f"returns an array of shape {shape}, but its bounds require the shape {wanted}."
+                raise ConfigurationError(
+                    f"the observation term '{name}' returns an array of shape {shape}, but its bounds require the "
+                    f"shape {wanted}."
                 )
 
     def describe(self) -> list[dict[str, Any]]:

@@ -18,7 +18,6 @@ Class hierarchy::
     │   ├── ResetOptionError        a value in reset(options=…) is invalid
     │   ├── SceneError              a scene is inconsistent, or the simulator cannot build it
     │   ├── PhysicsParameterError   a physical parameter has an invalid value or cannot be changed
-    │   ├── ObservationTermError    an observation term is invalid
     │   ├── SettingError            a setting in sensors=… or randomize=… is invalid
     │   ├── UnsuitableRobotError    a task, controller or tool cannot use this robot
     │   ├── IncompatibleSpaceError  an algorithm, wrapper or controller cannot use this space
@@ -351,19 +350,6 @@ class SettingError(ConfigurationError):
     def __init__(self, place: str, reason: str) -> None:
         self.place, self.reason = place, reason
         super().__init__(f"{place}: {reason}")
-
-
-class ObservationTermError(ConfigurationError):
-    """An observation term is invalid.
-
-    Args:
-        term: Name of the term.
-        reason: The problem and how to fix it.
-    """
-
-    def __init__(self, term: str, reason: str) -> None:
-        self.term, self.reason = term, reason
-        super().__init__(f"the observation term '{term}' {reason}")
 
 
 class UnsuitableRobotError(ConfigurationError):

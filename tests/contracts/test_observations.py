@@ -163,7 +163,7 @@ def test_noise_in_two_places_is_rejected():
         ({"camera": "overview", "size": [0, 4]}, "height, width"),
         ({"camera": "overview", "markers": 1}, "true or false"),
         ({"camera": "overview", "fast": "yes"}, "true or false"),
-        ({"type": "body"}, "requires the setting 'body'"),
+        ({"type": "body"}, "observations.x needs body; write the name of a body"),
         ("joint_positions", "must be a mapping"),
     ],
 )
