@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from frobs_core.util.budgets import BUDGETS
+from frobs_deploy.budgets import BUDGET
 
 PAGE = Path(__file__).parents[1] / "SECURITY.md"
 BEGIN, END = "<!-- begin budgets -->\n", "<!-- end budgets -->\n"
@@ -12,8 +13,9 @@ BEGIN, END = "<!-- begin budgets -->\n", "<!-- end budgets -->\n"
 
 def table() -> str:
     """Return the table in Markdown, with one row per limit."""
+    kinds = {**BUDGETS, "policy bundle": {**BUDGET, **BUDGETS["policy bundle"]}}
     rows = [
-        f"| {kind} | {what} | {limit:,} |" for kind, limits in BUDGETS.items() for what, limit in sorted(limits.items())
+        f"| {kind} | {what} | {limit:,} |" for kind, limits in kinds.items() for what, limit in sorted(limits.items())
     ]
     return "\n".join(["| file | what is counted | limit |", "|---|---|---:|", *rows, ""])
 

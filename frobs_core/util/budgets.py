@@ -1,6 +1,6 @@
 """Budgets for files from strangers: how large, deep and expensive a file may be before it is rejected.
 
-:data:`BUDGETS` lists every limit by kind of file, and a :class:`Meter` counts what one file has used. The limits count
+:data:`BUDGETS` lists the limits by kind of file, and a :class:`Meter` counts what one file has used. The limits count
 bytes, elements and steps instead of seconds, so that a file that is accepted on a fast machine is accepted on a slow one.
 """
 
@@ -53,15 +53,6 @@ BUDGETS: Mapping[str, Mapping[str, int]] = {
         "values with aliases expanded": 100_000,
     },
     "policy bundle": {
-        # The first eight are those of frobs_deploy.budgets, which does not import the core.
-        "bytes of bundle.json": 8 * 2**20,
-        "bytes of policy.onnx": 2**30,
-        "levels of nesting in bundle.json": 50,
-        "values in bundle.json": 500_000,
-        "nodes of the graph": 5_000,
-        "fields of the graph": 200_000,
-        "elements that the graph computes in one call": 2**28,
-        "multiplications of the graph per observation": 20_000_000_000,
         "values of the configuration": 2_000,
         "characters of the configuration": 20_000,
         "bits of an integer": 64,
@@ -77,7 +68,9 @@ BUDGETS: Mapping[str, Mapping[str, int]] = {
         "evaluations": 10_000,
     },
 }
-"""Limits by kind of file and by what is counted, such as ``BUDGETS["mesh"]["bytes"]``."""
+"""Limits by kind of file and by what is counted, such as ``BUDGETS["mesh"]["bytes"]``. ``frobs_deploy.budgets``, which
+does not import the core, contains further limits of policy bundles.
+"""
 
 
 class Meter:

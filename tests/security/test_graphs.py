@@ -10,7 +10,6 @@ import pytest
 from onnx import TensorProto, helper, numpy_helper
 
 from frobs_deploy import BundleError, Policy, read_bundle
-from frobs_deploy.budgets import BUDGET
 from frobs_deploy.bundle import Bundle
 from frobs_deploy.graph_checks import OPERATORS, GraphChecker
 from frobs_deploy.onnx_reader import GraphError
@@ -317,12 +316,6 @@ def test_the_reader_finds_what_onnx_finds(original, model):
 def test_the_operators_are_of_the_standard():
     names = {schema.name for schema in onnx.defs.get_all_schemas() if schema.domain == ""}
     assert names >= OPERATORS
-
-
-def test_the_budget_of_the_core_lists_the_same_figures():
-    from frobs_core.util.budgets import BUDGETS
-
-    assert BUDGET.items() <= BUDGETS["policy bundle"].items()
 
 
 def test_the_written_file_is_still_read(tmp_path, original):
