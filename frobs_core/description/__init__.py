@@ -6,7 +6,7 @@ from frobs_core.description.robot import ALL, DifferentialDrive, EndEffector, Ro
 from frobs_core.description.scene import Attachment, Camera, Contact, Intrinsics, Marker, Placement, Prop, Scene
 from frobs_core.description.sensor import SENSORS, Bumper, ForceTorque, Imu, Lidar, Sensor
 from frobs_core.description.translation import Overlap, Translation
-from frobs_core.models.gains import DriveGains
+from frobs_core.models.defaults import DriveGains
 
 __all__ = [
     "ALL",

@@ -9,7 +9,7 @@ from typing import cast
 
 from frobs_core.deprecation import deprecated
 from frobs_core.description.sensor import Lidar, Sensor
-from frobs_core.models.gains import DriveGains
+from frobs_core.models.defaults import DriveGains
 from frobs_core.models.load import find_reader
 
 ALL = "all"

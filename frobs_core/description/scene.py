@@ -15,8 +15,7 @@ from frobs_core.description.command import CommandMode
 from frobs_core.description.robot import Robot
 from frobs_core.description.sensor import ForceTorque
 from frobs_core.models import load_model
-from frobs_core.models.defaults import default_gains, home_positions
-from frobs_core.models.gains import DriveGains
+from frobs_core.models.defaults import DriveGains, default_gains, home_positions
 from frobs_core.models.kinematics import compose, joint_path, pose_array, pose_from_array
 from frobs_core.models.model import JointType, Pose, RobotModel
 from frobs_core.util.arrays import Floats

@@ -1,14 +1,14 @@
-"""Default home positions, tool center points and drive gains of robots."""
+"""Gains of joint drives, and default home positions, tool center points and drive gains of robots."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.models.gains import DriveGains
 from frobs_core.models.inertia import inertia_matrix
 from frobs_core.models.kinematics import joint_path, moved, outward
 from frobs_core.models.model import Joint, JointType, RobotModel
@@ -28,6 +28,27 @@ _SATURATING_ERROR = (0.5, 0.05)  # [rad], [m]
 _WEAK = 0.4  # minimum fraction of the bandwidth for a drive with a low effort limit
 _LEAST_INERTIA = 1e-3  # [kg·m²] minimum, so that a drive with almost no load can still overcome friction
 _LEAST_MASS = 0.1  # [kg] minimum
+
+
+@dataclass(frozen=True, kw_only=True)
+class DriveGains:
+    """Gains of the drive law: one number for all joints, or a mapping from joint names to numbers.
+
+    Attributes:
+        stiffness: Kp [N·m/rad or N/m]
+        damping: Kd [N·m·s/rad or N·s/m]
+    """
+
+    stiffness: float | Mapping[str, float]
+    damping: float | Mapping[str, float]
+
+    def of(self, joint: str) -> tuple[float, float]:
+        """Return (Kp, Kd) for a joint. Joints missing from a mapping have 0."""
+
+        def pick(gain: float | Mapping[str, float]) -> float:
+            return gain.get(joint, 0.0) if isinstance(gain, Mapping) else gain
+
+        return pick(self.stiffness), pick(self.damping)
 
 
 def home_positions(model: RobotModel, home: Mapping[str, float]) -> Floats:
