@@ -1,10 +1,10 @@
 """Discovery, loading and listing of plugins. A broken plugin does not affect other plugins.
 
-- ``discovery`` reads the entry points of the installed distributions without importing anything.
+- ``discovery`` reads the entry points of the installed distributions, and which versions of the core they support,
+  without importing anything.
 - ``loading`` imports one plugin, calls its hooks, and validates its records.
 - ``known`` lists the names that each distribution of this project provides.
 - ``report`` contains the result of loading a plugin.
-- ``requirements`` determines which versions of the core a distribution supports.
 - ``collection`` loads plugins in isolation, stores the reports, and looks up names.
 
 The functions of this module use the collection of all installed plugins, which :func:`isolated` temporarily replaces.
@@ -18,11 +18,10 @@ from typing import TYPE_CHECKING, overload
 
 from frobs_core.deprecation import moved_names
 from frobs_core.plugins.collection import Plugins
-from frobs_core.plugins.discovery import Candidate, normalize
+from frobs_core.plugins.discovery import Candidate, core_versions, is_made_for, normalize
 from frobs_core.plugins.known import install_command
 from frobs_core.plugins.loading import import_plugin, read_records
 from frobs_core.plugins.report import PluginReport, environment_ids
-from frobs_core.plugins.requirements import core_versions, is_made_for
 from frobs_core.util.errors import PluginError
 
 if TYPE_CHECKING:

@@ -16,12 +16,18 @@ from time import perf_counter
 from types import MappingProxyType
 
 from frobs_core._version import __version__
-from frobs_core.plugins.discovery import Candidate, find_candidates, match_disabled, normalize
+from frobs_core.plugins.discovery import (
+    Candidate,
+    core_versions,
+    find_candidates,
+    is_made_for,
+    match_disabled,
+    normalize,
+)
 from frobs_core.plugins.known import install_command, known
 from frobs_core.plugins.loading import import_plugin, read_records
 from frobs_core.plugins.records import RECORDS, RECORDS_OF_CORE, Record
 from frobs_core.plugins.report import PluginReport, environment_ids
-from frobs_core.plugins.requirements import core_versions, is_made_for
 from frobs_core.util.errors import (
     AmbiguousNameError,
     PluginError,

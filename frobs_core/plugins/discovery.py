@@ -1,4 +1,4 @@
-"""Reads the entry points of distributions without importing anything."""
+"""Reads the entry points of distributions, and the versions of the core that they support, without importing anything."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from importlib.metadata import Distribution
 
 GROUP = "frobs"
 """Entry-point group of plugin modules."""
+
+_CORE_LINE = re.compile(r"^\s*frobs[-_.]core(?![\w.-])\s*(?:\[[^\]]*\])?\s*\(?([^;)]*)\)?", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,27 @@ def match_disabled(candidates: Iterable[Candidate], disabled: Iterable[str]) -> 
         if not meant:
             unknown.append(word)
     return hit, unknown
+
+
+def core_versions(requirements: Iterable[str]) -> str:
+    """Return the core versions that a distribution supports, such as ``">=0.3,<0.4"``, or ``""`` if not specified."""
+    for line in requirements:
+        found = _CORE_LINE.match(line)
+        if found:
+            return found[1].replace(" ", "").strip()
+    return ""
+
+
+def is_made_for(specifier: str, version: str) -> bool:
+    """Return whether a distribution supports a version of the core."""
+    if not specifier:
+        return True
+    from packaging.specifiers import InvalidSpecifier, SpecifierSet
+
+    try:
+        return SpecifierSet(specifier).contains(version, prereleases=True)
+    except InvalidSpecifier:  # pip does not install a distribution with an invalid specifier
+        return True
 
 
 def _read_entry_points(distribution: Distribution) -> str:

@@ -8,7 +8,7 @@ import pytest
 
 from frobs_core import __version__
 from frobs_core.deprecation import FrobsDeprecationWarning, deprecated, warn_deprecated
-from frobs_core.plugins.requirements import core_versions, is_made_for
+from frobs_core.plugins.discovery import core_versions, is_made_for
 from frobs_devkit.doctor.requirements import has_upper_bound
 
 ROOT = Path(__file__).parents[2]
