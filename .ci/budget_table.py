@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from frobs_core.util.budgets import BUDGETS
-from frobs_deploy.budgets import BUDGET
+from frobs_core.util import budgets as of_core
+from frobs_deploy import budgets as of_deploy
+from frobs_models import budgets as of_models
+from frobs_train.export import untrusted
 
 PAGE = Path(__file__).parents[1] / "SECURITY.md"
 BEGIN, END = "<!-- begin budgets -->\n", "<!-- end budgets -->\n"
@@ -13,7 +15,8 @@ BEGIN, END = "<!-- begin budgets -->\n", "<!-- end budgets -->\n"
 
 def table() -> str:
     """Return the table in Markdown, with one row per limit."""
-    kinds = {**BUDGETS, "policy bundle": {**BUDGET, **BUDGETS["policy bundle"]}}
+    policies = {**of_deploy.BUDGET, **untrusted.BUDGET}
+    kinds = {**of_models.BUDGETS, "policy bundle": policies, **of_core.BUDGETS}
     rows = [
         f"| {kind} | {what} | {limit:,} |" for kind, limits in kinds.items() for what, limit in sorted(limits.items())
     ]

@@ -74,7 +74,7 @@ _SAME_NAME = (
     ("kernel", ("added_terms", "compose", "config", "copying", "inputs", "robot_config", "vector_env")),
     ("plugins", ("registry",)),
     ("sensing", ("randomization", "sensors")),
-    ("util", ("arrays", "budgets", "files", "install_hints", "keywords", "plain", "random", "rotations")),
+    ("util", ("arrays", "files", "install_hints", "keywords", "plain", "random", "rotations")),
     ("util", ("validation", "yaml")),
 )
 """Modules that were at the top of ``frobs_core`` in version 0.2, by the package that contains them now."""

@@ -45,7 +45,7 @@ class LimitedLoader(yaml.SafeLoader):
 
     def __init__(self, stream: str) -> None:
         super().__init__(stream)
-        self._meter = Meter("YAML file", self._refuse)
+        self._meter = Meter(_LIMITS, self._refuse)
 
     def compose_node(self, parent: Node | None, index: Any) -> Node | None:
         """Return the next node.
@@ -170,7 +170,7 @@ def _compose(text: str, path: Path) -> Node | None:
 class _Builder:
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._meter = Meter("YAML file", self._refuse)
+        self._meter = Meter(_LIMITS, self._refuse)
         self._scalars = _Loader("")
         self._open: set[int] = set()
 

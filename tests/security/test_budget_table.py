@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.util
 from pathlib import Path
 
-from frobs_core.util.budgets import BUDGETS
+from frobs_models.budgets import BUDGETS
 
 SCRIPT = Path(__file__).parents[2] / ".ci" / "budget_table.py"
 

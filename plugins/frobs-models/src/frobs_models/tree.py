@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from frobs_core.models import Joint, JointType, Mimic, RobotModel
-from frobs_core.util.budgets import BUDGETS
 from frobs_core.util.errors import ModelFileError
+from frobs_models.budgets import BUDGETS
 from frobs_models.xmltree import Element
 
 

@@ -10,9 +10,10 @@ from typing import Any, NoReturn
 from xml.etree import ElementTree
 from xml.parsers import expat
 
-from frobs_core.util.budgets import BUDGETS, Meter
+from frobs_core.util.budgets import Meter
 from frobs_core.util.errors import ModelFileError, nearest
 from frobs_core.util.files import read_limited
+from frobs_models.budgets import BUDGETS
 
 _DEPTH = BUDGETS["robot file"]["levels of nesting"]  # the readers are recursive, and Python limits nested calls
 _ATTRIBUTES = BUDGETS["robot file"]["attributes of one element"]
@@ -190,7 +191,7 @@ def file_meter(file: Path) -> Meter:
     def refuse(reason: str) -> NoReturn:
         raise ModelFileError(file, reason)
 
-    return Meter("robot file", refuse)
+    return Meter(BUDGETS["robot file"], refuse)
 
 
 def to_text(root: Element) -> str:

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any, NoReturn
 from xml.parsers import expat
 
-from frobs_core.util.budgets import BUDGETS
 from frobs_core.util.errors import ModelFileError
+from frobs_models.budgets import BUDGETS
 from frobs_models.meshes.files import PIXEL
 
 MAX_PARTS = BUDGETS["mesh"]["parts"]

@@ -7,8 +7,8 @@ import logging
 import numpy as np
 
 from frobs_core.models import Mesh
-from frobs_core.util.budgets import BUDGETS
 from frobs_core.util.errors import MissingDependencyError, ModelFileError
+from frobs_models.budgets import BUDGETS
 from frobs_models.meshes.cache import MeshCache
 from frobs_models.meshes.mesh import MeshPart, joined, read_mesh, scaled
 

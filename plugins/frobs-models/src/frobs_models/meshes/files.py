@@ -6,9 +6,9 @@ import base64
 import os
 from pathlib import Path
 
-from frobs_core.util.budgets import BUDGETS
 from frobs_core.util.errors import ModelFileError
 from frobs_core.util.files import UnsuitableFileError, check_regular, read_limited
+from frobs_models.budgets import BUDGETS
 
 MAX_BYTES = BUDGETS["mesh"]["bytes with the files that it names"]
 """Maximum size of a mesh file, and maximum total size of the files that it refers to [bytes]."""

@@ -20,8 +20,8 @@ import numpy.typing as npt
 
 from frobs_core.models import Mesh
 from frobs_core.util.arrays import Floats
-from frobs_core.util.budgets import BUDGETS
 from frobs_core.util.errors import ModelFileError
+from frobs_models.budgets import BUDGETS
 from frobs_models.meshes.cache import MeshCache
 from frobs_models.meshes.checks import check_collada, check_gltf, check_obj
 from frobs_models.meshes.files import SiblingFiles, read_mesh_file

@@ -10,8 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from frobs_core.util.arrays import Floats
-from frobs_core.util.budgets import BUDGETS, Meter
+from frobs_core.util.budgets import Meter
 from frobs_core.util.rotations import quat_from_axis_angle, quat_from_matrix, quat_multiply
+from frobs_models.budgets import BUDGETS
 from frobs_models.mjcf.limits import check_asset, check_numbers
 from frobs_models.xmltree import Element, file_meter, parse_xml, read_bytes, suggestion
 

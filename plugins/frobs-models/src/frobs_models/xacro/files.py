@@ -22,9 +22,9 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from frobs_core.util.budgets import BUDGETS
 from frobs_core.util.errors import ModelFileError
 from frobs_core.util.files import UnsuitableFileError, read_limited
+from frobs_models.budgets import BUDGETS
 from frobs_models.resources import Packages
 from frobs_models.xacro.errors import Declarations, choices, explain
 from frobs_models.xacro.expressions import Function, Interpreter

@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, NoReturn
 
-from frobs_core.util.budgets import BUDGETS, Meter
+from frobs_core.util.budgets import Meter
 from frobs_core.util.errors import ModelFileError
+from frobs_models.budgets import BUDGETS
 
 MAX_INTEGER = 2**63
 """Limit for the absolute value of integers in expressions."""
@@ -27,7 +28,7 @@ class Budget:
     def __init__(self, file: Path) -> None:
         self.file = file
         self._steps = 0
-        self.meter = Meter("robot file", lambda reason: self.refuse(reason.removesuffix(".")))
+        self.meter = Meter(BUDGETS["robot file"], lambda reason: self.refuse(reason.removesuffix(".")))
 
     def spend(self, work: int) -> None:
         """Count work. One step takes 1 to 2 µs. The PR2 robot requires 135,000 steps.

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from frobs_core.util.budgets import BUDGETS
 from frobs_core.util.files import read_limited
+from frobs_models.budgets import BUDGETS
 from frobs_rl_compat.migrate.errors import MigrationError
 
 ROOTS = ("RobotBasicEnv", "CustomRobotEnv", "CCustomRobotEnv", "CustomTaskEnv")

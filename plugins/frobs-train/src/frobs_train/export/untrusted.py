@@ -84,6 +84,17 @@ _OWN = ("frobs_core",)  # modules that are always imported
 _NAME = re.compile(r"[\w.-]+(:[\w.-]+)?")  # optionally "distribution:name"
 _FILE = re.compile(r"[/\\~$:\0]|\.[A-Za-z]\w*$|^\.+$")  # text that indicates a path, a URL or an import name
 
+BUDGET: Mapping[str, int] = {
+    "values of the configuration": 2_000,
+    "characters of the configuration": 20_000,
+    "bits of an integer": 64,
+    "control steps of an episode": 100_000,
+    "environment steps of a control step": 1_000,
+    "stacked or delayed observations": 100,
+    "pixels of an observation": 2**20,
+}
+"""Limits of the configuration of a policy bundle. ``frobs_deploy.budgets`` has those of its files and its graph."""
+
 
 def check_config(path: Path, config: RunConfig) -> None:
     """Check the configuration of a bundle before anything in it is imported or created.
@@ -96,7 +107,7 @@ def check_config(path: Path, config: RunConfig) -> None:
     def refuse(reason: str) -> NoReturn:
         raise UntrustedFileError(path, reason)
 
-    _check_size(config, Meter("policy bundle", lambda reason: refuse(f"the configuration is too large: {reason}")))
+    _check_size(config, Meter(BUDGET, lambda reason: refuse(f"the configuration is too large: {reason}")))
     for reason in _reasons(config):
         refuse(reason)
 
