@@ -15,7 +15,7 @@ from frobs_core.contracts.simulation import BareEngine, Simulation
 from frobs_core.contracts.stateful import Snapshot, Stateful
 from frobs_core.contracts.step_context import StepContext
 from frobs_core.contracts.task import GoalTask, ResetOptions, Task
-from frobs_core.description.command import CommandMode
+from frobs_core.description.robot import CommandMode
 
 __all__ = [
     "Algorithm",

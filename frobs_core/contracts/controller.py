@@ -12,7 +12,7 @@ import numpy as np
 from frobs_core.contracts.joint_group import JointGroup
 from frobs_core.contracts.simulation import Simulation
 from frobs_core.contracts.stateful import Stateful
-from frobs_core.description.command import CommandMode
+from frobs_core.description.robot import CommandMode
 from frobs_core.description.scene import Scene
 from frobs_core.util.arrays import Action, Floats, Mask
 from frobs_core.util.errors import PluginError

@@ -8,8 +8,7 @@ import numpy as np
 
 from frobs_core.contracts.body_handle import BodyHandle
 from frobs_core.contracts.joint_group import JointGroup, JointSubset
-from frobs_core.description.command import CommandMode
-from frobs_core.description.robot import ALL
+from frobs_core.description.robot import ALL, CommandMode
 from frobs_core.description.scene import Placement
 from frobs_core.description.sensor import Lidar
 from frobs_core.models.defaults import default_tcp, home_positions

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 from functools import cached_property
 from typing import cast
 
@@ -14,6 +15,14 @@ from frobs_core.models.load import find_reader
 
 ALL = "all"
 """Name of the only joint group of a robot that does not define groups."""
+
+
+class CommandMode(StrEnum):
+    """Quantity that a joint command specifies as the target of the drive law."""
+
+    POSITION = "position"
+    VELOCITY = "velocity"
+    EFFORT = "effort"
 
 
 @dataclass(frozen=True, kw_only=True)

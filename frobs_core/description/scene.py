@@ -11,8 +11,7 @@ from typing import Literal
 import numpy as np
 
 from frobs_core.description.bodies import Body
-from frobs_core.description.command import CommandMode
-from frobs_core.description.robot import Robot
+from frobs_core.description.robot import CommandMode, Robot
 from frobs_core.description.sensor import ForceTorque
 from frobs_core.models import load_model
 from frobs_core.models.defaults import DriveGains, default_gains, home_positions

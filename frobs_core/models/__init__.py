@@ -10,7 +10,6 @@ from frobs_core.models.defaults import (
     home_positions,
     usual_rank,
 )
-from frobs_core.models.inertia import inertia_matrix, parallel_axis, symmetric_matrix
 from frobs_core.models.kinematics import (
     MOVING,
     compose,
@@ -43,7 +42,7 @@ from frobs_core.models.model import (
     Visual,
 )
 from frobs_core.models.notes import Note, Treatment
-from frobs_core.models.solids import solid, solid_inertial
+from frobs_core.models.solids import inertia_matrix, parallel_axis, solid, solid_inertial, symmetric_matrix
 
 __getattr__ = moved_names(__name__)
 

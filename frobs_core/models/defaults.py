@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.models.inertia import inertia_matrix
 from frobs_core.models.kinematics import joint_path, moved, outward
 from frobs_core.models.model import Joint, JointType, RobotModel
+from frobs_core.models.solids import inertia_matrix
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ParameterValueError, check_name
 from frobs_core.util.random import RandomSource

@@ -1,4 +1,4 @@
-"""Masses and inertias of solid shapes."""
+"""Inertia matrices, and the masses and inertias of solid shapes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frobs_core.models.inertia import parallel_axis
 from frobs_core.models.load import mesh_solid
 from frobs_core.models.model import Box, Capsule, Collision, Cylinder, Geometry, Inertial, Mesh, Pose, Sphere, Visual
 from frobs_core.util.arrays import Floats
@@ -64,3 +63,21 @@ def solid(geometry: Geometry) -> tuple[float, Floats, Floats]:
         case Mesh():
             return mesh_solid(geometry)
     return volume, np.zeros(3), np.diag(moments)
+
+
+def inertia_matrix(inertial: Inertial) -> Floats:
+    """Return the inertia about the center of mass, expressed in the link's axes, (3, 3) [kg·m²]."""
+    rotation = matrix_from_quat(inertial.origin.quat_wxyz)
+    turned: Floats = rotation @ symmetric_matrix(inertial.inertia) @ rotation.T
+    return turned
+
+
+def parallel_axis(mass: float, arm: Floats) -> Floats:
+    """Return the inertia, (3, 3) [kg·m²], that a mass [kg] adds about a point at the offset ``arm``, (3,) [m]."""
+    return np.asarray(mass * ((arm * arm).sum() * np.eye(3) - np.outer(arm, arm)))
+
+
+def symmetric_matrix(moments: Sequence[float]) -> Floats:
+    """Return the symmetric matrix, (3, 3), of the values ixx, ixy, ixz, iyy, iyz and izz."""
+    ixx, ixy, ixz, iyy, iyz, izz = moments
+    return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])

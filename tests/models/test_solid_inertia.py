@@ -4,8 +4,18 @@ import numpy as np
 import pytest
 import trimesh
 
-from frobs_core.models import Box, Capsule, Collision, Cylinder, Geometry, Mesh, Pose, Sphere, solid_inertial
-from frobs_core.models.inertia import inertia_matrix
+from frobs_core.models import (
+    Box,
+    Capsule,
+    Collision,
+    Cylinder,
+    Geometry,
+    Mesh,
+    Pose,
+    Sphere,
+    inertia_matrix,
+    solid_inertial,
+)
 from frobs_core.util.errors import ModelFileError
 
 TURNED = Pose((0.3, -0.2, 0.1), (0.8, 0.36, -0.16, 0.4525483399593904))

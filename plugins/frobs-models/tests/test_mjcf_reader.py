@@ -7,9 +7,8 @@ import gymnasium
 import numpy as np
 import pytest
 
-from frobs_core.models import JointType, RobotModel, load_model
+from frobs_core.models import JointType, RobotModel, inertia_matrix, load_model
 from frobs_core.models.defaults import composite_inertia
-from frobs_core.models.inertia import inertia_matrix
 from frobs_core.util.errors import ModelFileError
 
 mujoco = pytest.importorskip("mujoco")
