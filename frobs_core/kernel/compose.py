@@ -31,7 +31,7 @@ from frobs_core.util.errors import (
 )
 from frobs_core.util.keywords import constructor_parameters
 from frobs_core.util.random import RandomSource
-from frobs_core.util.validation import whole_number
+from frobs_core.util.validation import choice, whole_number
 
 _log = logging.getLogger("frobs")
 
@@ -135,7 +135,11 @@ def plan(config: EnvConfig, num_envs: int, same_step: bool = False) -> Plan:
         }
         for name, of_robot in chosen.items()
     }
-    the_task.reward_type = _reward_type(task.name, the_task, config.reward_type)
+    the_task.reward_type = (
+        the_task.reward_types[0]
+        if config.reward_type is None
+        else choice(f"task '{task.name}': reward_type", config.reward_type, the_task.reward_types)
+    )
 
     control, physics = config.control_timestep, config.physics_timestep
     if control is None:
@@ -379,12 +383,3 @@ def count_physics_steps(control_timestep: float, physics_timestep: float) -> int
         rule = f"at most {MAX_DECIMATION:,} times the physics_timestep of {physics_timestep} s"
         raise ParameterValueError("control_timestep", control_timestep, rule)
     return steps
-
-
-def _reward_type(name: str, task: Task, reward_type: str | None) -> str:
-    if reward_type is None:
-        return task.reward_types[0]
-    if reward_type not in task.reward_types:
-        offered = ", ".join(f"'{known}'" for known in task.reward_types)
-        raise ParameterValueError("reward_type", reward_type, f"one of {offered}", f"task '{name}'")
-    return reward_type
