@@ -74,8 +74,7 @@ _SAME_NAME = (
     ("kernel", ("added_terms", "compose", "config", "copying", "inputs", "robot_config", "vector_env")),
     ("plugins", ("registry",)),
     ("sensing", ("randomization", "sensors")),
-    ("util", ("arrays", "files", "install_hints", "keywords", "plain", "random", "rotations")),
-    ("util", ("validation", "yaml")),
+    ("util", ("arrays", "files", "install_hints", "keywords", "plain", "random", "rotations", "yaml")),
 )
 """Modules that were at the top of ``frobs_core`` in version 0.2, by the package that contains them now."""
 
@@ -97,6 +96,7 @@ MOVED: Mapping[str, Sequence[str]] = {
     "frobs_core.observation": ["frobs_core.description", "frobs_core.sensing.observation"],
     "frobs_core.plugins": ["frobs_devkit.probe", "frobs_devkit.doctor.requirements"],
     "frobs_core.specs": ["frobs_core.plugins.records"],
+    "frobs_core.validation": ["frobs_core.util.validation", "frobs_tasks_reach.start"],
     "frobs_core.wrappers": ["frobs_rl_compat.wrappers"],
 }
 """Public modules of version 0.2, and the modules that define their names now. Some of them still exist, with fewer

@@ -14,7 +14,7 @@ from frobs_core.util.errors import (
     ParameterValueError,
     UnknownParameterError,
 )
-from frobs_core.util.validation import boolean, box, finite, non_negative, number_list, numbers, positive, validate
+from frobs_core.util.validation import boolean, finite, non_negative, number_list, numbers, positive, validate
 from frobs_core.util.yaml import load_yaml_text, merge
 
 
@@ -95,15 +95,6 @@ def test_what_cannot_be_used_is_refused_by_name(
     for value in bad:
         with pytest.raises(ConfigurationError, match="tolerance"):
             check("tolerance", value)
-
-
-def test_a_box_has_its_corners_in_order() -> None:
-    low, high = box("low", (0, 0, 0), "high", (1, 2, 3))
-    assert (high - low).tolist() == [1.0, 2.0, 3.0]
-    with pytest.raises(
-        ConfigurationError, match=r"low is \(0.0, 3.0, 0.0\); it must be below high \(1, 2, 3\) on every axis"
-    ):
-        box("low", (0, 3, 0), "high", (1, 2, 3))
 
 
 def test_vectors_are_shown_briefly() -> None:

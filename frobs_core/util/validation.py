@@ -183,16 +183,6 @@ def number_list(name: str, value: Any, count: int | None = None) -> tuple[float,
     return tuple(finite(f"{name}[{i}]", number) for i, number in enumerate(given))
 
 
-def box(low_name: str, low: Any, high_name: str, high: Any) -> tuple[Floats, Floats]:
-    """Return the corners of a box, (3,) [m] each, of which the first is below the second on every axis."""
-    lowest, highest = np.array(number_list(low_name, low, 3)), np.array(number_list(high_name, high, 3))
-    if not (lowest < highest).all():
-        raise ParameterValueError(
-            low_name, tuple(lowest.tolist()), f"below {high_name} {numbers(highest)} on every axis"
-        )
-    return lowest, highest
-
-
 def numbers(vector: Floats) -> str:
     """Format a vector for messages: ``(0.5, -0.25, 1)``."""
     return "(" + ", ".join(f"{number:.4g}" for number in vector) + ")"

@@ -6,6 +6,7 @@ import pytest
 
 from frobs_core.util.errors import ConfigurationError, UnknownParameterError
 from frobs_tasks_reach.reach import Reach
+from frobs_tasks_reach.start import box
 
 REACH = "frobs/Irb120Reach-v0"
 IDS = [
@@ -195,3 +196,12 @@ def test_markers_show_goal_and_tool(make):
     goal, tool = env.unwrapped.task.markers()
     assert goal.radius == 0.05
     assert goal.pos.shape == tool.pos.shape == (3, 3)
+
+
+def test_a_box_has_its_corners_in_order() -> None:
+    low, high = box("low", (0, 0, 0), "high", (1, 2, 3))
+    assert (high - low).tolist() == [1.0, 2.0, 3.0]
+    with pytest.raises(
+        ConfigurationError, match=r"low is \(0.0, 3.0, 0.0\); it must be below high \(1, 2, 3\) on every axis"
+    ):
+        box("low", (0, 3, 0), "high", (1, 2, 3))

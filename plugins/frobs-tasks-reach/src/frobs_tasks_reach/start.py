@@ -13,7 +13,7 @@ from frobs_core.plugins.records import Level
 from frobs_core.util.arrays import Floats, Mask, rows_of
 from frobs_core.util.errors import ParameterValueError, UnsuitableRobotError
 from frobs_core.util.random import RandomSource
-from frobs_core.util.validation import box, number_list, numbers
+from frobs_core.util.validation import number_list, numbers
 from frobs_tasks_reach.keep_out import Foot
 from frobs_tasks_reach.reset_options import checked_goal, checked_joint_positions
 from frobs_tasks_reach.sampling import JointSampler, box_of, in_box
@@ -163,3 +163,13 @@ class EpisodeStart(Task):
 
 def _is_above_floor(positions: Floats) -> Mask:
     return positions[..., 2] >= _FLOOR_CLEARANCE
+
+
+def box(low_name: str, low: Any, high_name: str, high: Any) -> tuple[Floats, Floats]:
+    """Return the corners of a box, (3,) [m] each, of which the first is below the second on every axis."""
+    lowest, highest = np.array(number_list(low_name, low, 3)), np.array(number_list(high_name, high, 3))
+    if not (lowest < highest).all():
+        raise ParameterValueError(
+            low_name, tuple(lowest.tolist()), f"below {high_name} {numbers(highest)} on every axis"
+        )
+    return lowest, highest
