@@ -13,8 +13,8 @@ from importlib.metadata import entry_points
 from pathlib import Path
 
 from frobs_core import plugins
+from frobs_core.plugins.collection import FILE
 from frobs_core.plugins.discovery import normalize
-from frobs_core.plugins.known import FILE
 from frobs_core.plugins.records import KINDS, PolicyRecord
 
 ROOT = Path(__file__).resolve().parents[1]

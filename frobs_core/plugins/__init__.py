@@ -3,9 +3,9 @@
 - ``discovery`` reads the entry points of the installed distributions, and which versions of the core they support,
   without importing anything.
 - ``loading`` imports one plugin, calls its hooks, and validates its records.
-- ``known`` lists the names that each distribution of this project provides.
 - ``report`` contains the result of loading a plugin.
-- ``collection`` loads plugins in isolation, stores the reports, and looks up names.
+- ``collection`` loads plugins in isolation, stores the reports, and looks up names. It knows which distribution of this
+  project provides which name.
 
 The functions of this module use the collection of all installed plugins, which :func:`isolated` temporarily replaces.
 """
@@ -17,9 +17,8 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, overload
 
 from frobs_core.deprecation import moved_names
-from frobs_core.plugins.collection import Plugins
+from frobs_core.plugins.collection import Plugins, install_command
 from frobs_core.plugins.discovery import Candidate, core_versions, is_made_for, normalize
-from frobs_core.plugins.known import install_command
 from frobs_core.plugins.loading import import_plugin, read_records
 from frobs_core.plugins.report import PluginReport, environment_ids
 from frobs_core.util.errors import PluginError

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import multiprocessing
 import os
@@ -10,8 +11,10 @@ import threading
 import traceback
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout
+from functools import cache
 from importlib.metadata import Distribution
 from importlib.metadata import distributions as installed_distributions
+from pathlib import Path
 from time import perf_counter
 from types import MappingProxyType
 
@@ -24,7 +27,6 @@ from frobs_core.plugins.discovery import (
     match_disabled,
     normalize,
 )
-from frobs_core.plugins.known import install_command, known
 from frobs_core.plugins.loading import import_plugin, read_records
 from frobs_core.plugins.records import RECORDS, RECORDS_OF_CORE, Record
 from frobs_core.plugins.report import PluginReport, environment_ids
@@ -45,7 +47,28 @@ DISABLE = "FROBS_DISABLE_PLUGINS"
 disable.
 """
 
+FILE = Path(__file__).with_name("known.json")
+"""Names that the distributions of this project provide, for messages that suggest installation commands.
+``.ci/known_names.py`` generates the file.
+"""
+
 _log = logging.getLogger("frobs")
+
+
+@cache
+def known() -> Mapping[str, Mapping[str, str]]:
+    """Return the distribution that provides each name, by kind.
+
+    In addition to the kinds of records, the kinds include ``"environment"`` and ``"command"``.
+    """
+    names: Mapping[str, Mapping[str, str]] = json.loads(FILE.read_text("utf-8"))
+    return names
+
+
+def install_command(kind: str, name: str) -> str:
+    """Return the command that installs a name, or an empty string if the name is unknown."""
+    distribution = known().get(kind, {}).get(name, "")
+    return f"pip install {distribution}" if distribution else ""
 
 
 class Plugins:

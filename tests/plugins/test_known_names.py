@@ -7,7 +7,7 @@ import pytest
 
 from frobs_core import plugins
 from frobs_core.plugins import registry
-from frobs_core.plugins.known import known
+from frobs_core.plugins.collection import known
 from frobs_core.plugins.registry import find_spec
 from frobs_core.util.errors import UnknownNameError
 
