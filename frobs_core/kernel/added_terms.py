@@ -75,8 +75,8 @@ def read_settings(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
 
 def _check_camera(owner: str, settings: dict[str, Any]) -> None:
     size = settings.setdefault("size", (84, 84))
-    whole = isinstance(size, list | tuple) and all(isinstance(side, int | np.integer) for side in size)
-    if not whole or len(size) != 2 or not all(0 < side <= MAX_SIDE for side in size):
+    is_whole = isinstance(size, list | tuple) and all(isinstance(side, int | np.integer) for side in size)
+    if not is_whole or len(size) != 2 or not all(0 < side <= MAX_SIDE for side in size):
         raise ParameterValueError("size", size, f"[height, width] in pixels, each from 1 to {MAX_SIDE}", owner)
     choice(f"{owner}.modality", settings.setdefault("modality", "rgb"), MODALITIES)
     for key, default in {"fast": True, "markers": False}.items():

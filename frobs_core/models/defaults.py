@@ -146,11 +146,11 @@ def default_gains(model: RobotModel, home_positions: npt.ArrayLike, bandwidth_hz
     return DriveGains(stiffness=stiffness, damping=damping)
 
 
-def _omega(joint: Joint, inertia: float, wanted: float) -> float:
+def _omega(joint: Joint, inertia: float, requested: float) -> float:
     """Return the bandwidth [rad/s] of a joint's drive, reduced if its effort limit is low."""
     error = _SATURATING_ERROR[joint.type == JointType.PRISMATIC]
     saturating = math.sqrt(joint.limits.effort / (inertia * error))
-    return min(wanted, max(saturating, _WEAK * wanted))
+    return min(requested, max(saturating, _WEAK * requested))
 
 
 def composite_inertia(model: RobotModel, joint_positions: npt.ArrayLike) -> dict[str, float]:

@@ -84,11 +84,11 @@ class Observations:
             ConfigurationError: A term returns an array of the wrong shape.
         """
         for name, term in self.terms.items():
-            shape, wanted = np.shape(term.read()), (self._num_envs, *term.low.shape)
-            if shape != wanted:
+            shape, expected = np.shape(term.read()), (self._num_envs, *term.low.shape)
+            if shape != expected:
                 raise ConfigurationError(
                     f"the observation term '{name}' returns an array of shape {shape}, but its bounds require the "
-                    f"shape {wanted}."
+                    f"shape {expected}."
                 )
 
     def describe(self) -> list[dict[str, Any]]:

@@ -91,13 +91,13 @@ class WrittenParameters(ABC):
             case "joint_damping":
                 self._robot(target).joint_damping[rows] = values
             case _:
-                whole = self.read(name, target)
+                combined = self.read(name, target)
                 if name == "mass" and not (values > 0).all():
                     raise PhysicsParameterError("mass", target, f"must be above 0: {values.min()}.")
                 if name == "size":
                     self._scene.check_size(target, values)
-                whole[rows] = values
-                self.written[name, target] = whole
+                combined[rows] = values
+                self.written[name, target] = combined
                 self.apply(name, target, mask)
 
     def snapshot(self) -> Snapshot:
