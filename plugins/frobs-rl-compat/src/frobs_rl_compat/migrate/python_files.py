@@ -10,11 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from frobs_core.util.files import read_limited
-from frobs_models.budgets import BUDGETS
 from frobs_rl_compat.migrate.errors import MigrationError
 
 ROOTS = ("RobotBasicEnv", "CustomRobotEnv", "CCustomRobotEnv", "CustomTaskEnv")
 """FRobs_RL's own base classes, from which a package's classes inherit."""
+
+_MAX_BYTES = 4 * 2**20
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +121,7 @@ def read_file(path: Path) -> bytes:
         MigrationError: The file cannot be read, is not a regular file, or is too large.
     """
     try:
-        return read_limited(path, BUDGETS["robot file"]["bytes"])
+        return read_limited(path, _MAX_BYTES)
     except OSError as error:
         raise MigrationError(path, f"cannot be read: {error.strerror}.") from error
 
