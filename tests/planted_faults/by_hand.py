@@ -14,7 +14,7 @@ _HANDLE, _COMMANDED = "frobs_core.contracts.robot_handle", "frobs_controllers.co
 _ENV = "frobs_core.kernel.env"
 _CONTROL, _GROUP = "frobs_core.contracts.control", "frobs_core.contracts.joint_group"
 _ATTACHMENT, _CONTEXT = "frobs_models.mount", "frobs_core.contracts.step_context"
-_WRAPPER, _DISCRETE = "frobs_core.contracts.controller", "frobs_controllers.discrete"
+_WRAPPER = _DISCRETE = "frobs_controllers.discrete"
 _ARTICULATION, _RENDERING = "frobs_sim_mujoco.articulation", "frobs_sim_mujoco.rendering"
 _MUJOCO_CONTACTS = "frobs_sim_mujoco.contacts"
 _DELTA = "frobs_controllers.joint_delta_position"
