@@ -143,7 +143,7 @@ def checks_for(module: str) -> Iterator[Check]:
             yield from _only(PARTS[name], check_env("frobs/Env-v0", task="reach", **keywords))
     elif name in ("controller", "discrete"):
         yield from check_controller("discrete")
-    elif package in ("frobs_sim_mujoco", "frobs_core.contracts"):
+    elif package in ("frobs_sim_mujoco", "frobs_core.contracts", "frobs_core.description"):
         yield from _without_pictures(check_simulator("mujoco"))
         yield from check_robot("irb120", ["mujoco"])
     elif package == "frobs_controllers":

@@ -163,3 +163,8 @@ def test_a_file_is_named_with_its_line():
     text = "randomize:\n  mass: {scale: [0.8, 1.2]}\n  gravity:\n    add: [2, 1]\n"
     with pytest.raises(ConfigFileError, match=r"my\.yaml:4: randomize\.gravity: add = \[2, 1\]"):
         read_settings(load_yaml_text(text, "my.yaml")["randomize"])
+
+
+def test_the_name_of_a_noisy_term_may_contain_slashes():
+    [setting] = read_settings({"observation_noise": {"left/joint_positions": {"normal": 0.1}}}).items
+    assert setting.targets == ("left/joint_positions",)

@@ -116,7 +116,10 @@ def _read(parameter: str, entry: Any) -> list[Setting]:
                 parameter=parameter,
                 place=where,
                 stream=stream,
-                targets=(stream.split("/")[1],) if is_noise else tuple(getattr(model, "target", ())),
+                # The name of a term may contain slashes.
+                targets=(stream.split("/", 1)[1].rpartition("/")[0],)
+                if is_noise
+                else tuple(getattr(model, "target", ())),
                 change=change,
                 distribution=distribution,
                 schedule=model.schedule("step" if is_noise else "reset"),
