@@ -13,6 +13,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from frobs_cli import output
+from frobs_cli.formats import number, percent
 from frobs_cli.program import program
 from frobs_core.util.errors import FrobsError
 from frobs_deploy.__main__ import main as deploy
@@ -153,3 +154,9 @@ def test_the_log_and_tracebacks_are_shown_as_text(capsys, monkeypatch, debug):
     found = run("show", "x", *debug)
     assert "a \\x1b[2J" in found.stderr
     assert not CONTROL.search(found.stderr)
+
+
+def test_an_unknown_number_is_a_dash() -> None:
+    """A run that ends before its first episode has no reward."""
+    assert number(None) == percent(None) == "–"
+    assert number(1234.4) == "1,234"

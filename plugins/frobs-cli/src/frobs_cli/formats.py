@@ -8,8 +8,10 @@ def percent(share: float | None, digits: int = 1) -> str:
     return "–" if share is None else f"{100.0 * share:.{digits}f} %"
 
 
-def number(value: float) -> str:
-    """Return a number as text such as ``"1,234"``, ``"123.4"`` or ``"1.23"``, with more decimals for small numbers."""
+def number(value: float | None) -> str:
+    """Return a number as text such as ``"1,234"``, ``"123.4"`` or ``"1.23"``, or ``"–"`` for an unknown number."""
+    if value is None:
+        return "–"
     return f"{value:,.0f}" if abs(value) >= 1_000 else f"{value:.1f}" if abs(value) >= 100 else f"{value:.2f}"
 
 
