@@ -7,9 +7,9 @@ from generate.rst import directive, heading, label, literal
 
 MODULES = {
     "frobs_core.util.errors": "The base class is :exc:`~frobs_core.util.errors.FrobsError`.",
-    "frobs_cli.errors": "Errors of commands, which are also subclasses of :exc:`~frobs_core.util.errors.FrobsError`.",
-    "frobs_train.errors": "Further errors of runs, which are also subclasses of :exc:`~frobs_core.util.errors.FrobsError`.",
-    "frobs_ray.errors": "Errors of Ray clusters, which are also subclasses of :exc:`~frobs_core.util.errors.FrobsError`.",
+    "frobs_cli.errors": "These errors of commands are also subclasses of :exc:`~frobs_core.util.errors.FrobsError`.",
+    "frobs_train.errors": "These errors of runs are also subclasses of :exc:`~frobs_core.util.errors.FrobsError`.",
+    "frobs_ray.errors": "These errors of Ray clusters are also subclasses of :exc:`~frobs_core.util.errors.FrobsError`.",
     "frobs_deploy.errors": (
         "``frobs-deploy`` runs without the core, so it has its own base class: :exc:`~frobs_deploy.errors.DeployError`."
     ),

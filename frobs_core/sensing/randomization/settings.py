@@ -97,29 +97,30 @@ def read_settings(given: Mapping[str, Any] | None) -> Settings | None:
     return Settings(plain(given, for_yaml=True), tuple(items))
 
 
-def _read(parameter: str, entry: Any) -> list[Setting]:
+def _read(parameter: str, entry: Any, term: str = "") -> list[Setting]:
+    """Read the settings of a parameter, or those of the noise of an observation term."""
     from frobs_core.sensing.randomization.reading import MODELS, PhysicalSetting
 
-    place = f"randomize.{parameter}"
+    place = f"randomize.{parameter}" + (f".{term}" if term else "")
     is_noise = parameter == "observation_noise"
     if parameter == "action_delay" and not isinstance(entry, Mapping):
         raise SettingError(place, "expected a single mapping, not a list, because an action has only one delay.")
-    if is_noise and not (isinstance(entry, Mapping) and entry):
-        raise SettingError(place, f"expected a mapping such as {{joint_positions: {{normal: 0.005}}}}, got {entry!r}.")
-    terms = [(f"{place}.{term}", f"{parameter}/{term}", noise) for term, noise in entry.items()] if is_noise else []
+    if is_noise and not term:
+        if not (isinstance(entry, Mapping) and entry):
+            raise SettingError(
+                place, f"expected a mapping such as {{joint_positions: {{normal: 0.005}}}}, got {entry!r}."
+            )
+        return [setting for name, noise in entry.items() for setting in _read(parameter, noise, name)]
     settings = []
-    for where, stream, mapping in _each(terms or [(place, parameter, entry)]):
+    for number, (where, mapping) in enumerate(_each(place, entry)):
         model: Any = validate(MODELS.get(parameter, PhysicalSetting), mapping, where)
         change, distribution = model.change()
         settings.append(
             Setting(
                 parameter=parameter,
                 place=where,
-                stream=stream,
-                # The name of a term may contain slashes.
-                targets=(stream.split("/", 1)[1].rpartition("/")[0],)
-                if is_noise
-                else tuple(getattr(model, "target", ())),
+                stream=f"{parameter}/{term}/{number}" if term else f"{parameter}/{number}",
+                targets=(term,) if term else tuple(getattr(model, "target", ())),
                 change=change,
                 distribution=distribution,
                 schedule=model.schedule("step" if is_noise else "reset"),
@@ -129,18 +130,17 @@ def _read(parameter: str, entry: Any) -> list[Setting]:
     return settings
 
 
-def _each(entries: Sequence[tuple[str, str, Any]]) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
-    """Yield the place and the random stream of each mapping in entries, which are mappings or lists of them."""
-    for place, stream, entry in entries:
-        is_list = isinstance(entry, Sequence) and not isinstance(entry, str)
-        if is_list and not entry:
-            raise SettingError(place, "the list is empty; remove it or add a setting.")
-        for number, mapping in enumerate(entry if is_list else [entry]):
-            where = f"{place}[{number}]" if is_list else place
-            if not isinstance(mapping, Mapping) or not mapping:
-                raise SettingError(
-                    where,
-                    "expected a mapping such as {scale: [0.8, 1.2]} (for a delay: {steps: 2}, for the noise of an "
-                    f"observation term: {{normal: 0.1}}), got {mapping!r}.",
-                )
-            yield where, f"{stream}/{number}", mapping
+def _each(place: str, entry: Any) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Yield each mapping of an entry, which is a mapping or a list of them, with its place."""
+    is_list = isinstance(entry, Sequence) and not isinstance(entry, str)
+    if is_list and not entry:
+        raise SettingError(place, "the list is empty; remove it or add a setting.")
+    for number, mapping in enumerate(entry if is_list else [entry]):
+        where = f"{place}[{number}]" if is_list else place
+        if not isinstance(mapping, Mapping) or not mapping:
+            raise SettingError(
+                where,
+                "expected a mapping such as {scale: [0.8, 1.2]} (for a delay: {steps: 2}, for the noise of an "
+                f"observation term: {{normal: 0.1}}), got {mapping!r}.",
+            )
+        yield where, mapping
