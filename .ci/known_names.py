@@ -13,7 +13,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 
 from frobs_core import plugins
-from frobs_core.plugins.collection import FILE
+from frobs_core.plugins.collection import KNOWN_FILE
 from frobs_core.plugins.discovery import normalize
 from frobs_core.plugins.records import KINDS, PolicyRecord
 
@@ -44,4 +44,4 @@ def known_names() -> dict[str, dict[str, str]]:
 
 
 if __name__ == "__main__":
-    FILE.write_text(json.dumps(known_names(), indent=2) + "\n", encoding="utf-8")
+    KNOWN_FILE.write_text(json.dumps(known_names(), indent=2) + "\n", encoding="utf-8")

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from importlib import import_module
 from importlib.machinery import PathFinder
+from importlib.util import find_spec
 from types import ModuleType
 from typing import Any, ParamSpec, TypeVar
 
@@ -124,9 +125,10 @@ def moved_names(module: str, places: Sequence[str] = (), stacklevel: int = 2) ->
     places = places or MOVED[module]
 
     def find(name: str) -> Any:
-        public = [one for place in places if name == "__all__" for one in getattr(import_module(place), name, ())]
-        if public:
-            return public
+        if name == "__all__":
+            installed = [place for place in places if find_spec(place.partition(".")[0])]
+            if public := [one for place in installed for one in getattr(import_module(place), name, ())]:
+                return public
         package = vars(sys.modules[module]).get("__path__") if module in sys.modules else None
         if name.startswith("__") or (package and PathFinder.find_spec(f"{module}.{name}", package)):  # not imported yet
             raise AttributeError(f"module '{module}' has no attribute '{name}'")

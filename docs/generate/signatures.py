@@ -73,7 +73,7 @@ def _candidates(node: Any, is_role: bool) -> Iterator[tuple[str, int]]:
 
 
 def _qualified(annotation: str, names: dict[str, Any]) -> str:
-    """Return an annotation with the full names of the project's classes, as two packages may have one of a name.
+    """Return an annotation with the full names of the project's classes, because two of them may have the same name.
 
     Sphinx shows what follows the last dot of a name that begins with a tilde.
     """

@@ -47,7 +47,7 @@ DISABLE = "FROBS_DISABLE_PLUGINS"
 disable.
 """
 
-FILE = Path(__file__).with_name("known.json")
+KNOWN_FILE = Path(__file__).with_name("known.json")
 """Names that the distributions of this project provide, for messages that suggest installation commands.
 ``.ci/known_names.py`` generates the file.
 """
@@ -61,7 +61,7 @@ def known() -> Mapping[str, Mapping[str, str]]:
 
     In addition to the kinds of records, the kinds include ``"environment"`` and ``"command"``.
     """
-    names: Mapping[str, Mapping[str, str]] = json.loads(FILE.read_text("utf-8"))
+    names: Mapping[str, Mapping[str, str]] = json.loads(KNOWN_FILE.read_text("utf-8"))
     return names
 
 

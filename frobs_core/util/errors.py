@@ -340,7 +340,7 @@ class PhysicsParameterError(ConfigurationError):
 
 
 class SettingError(ConfigurationError):
-    """A setting of a sensor or of the randomization is invalid.
+    """A setting is invalid, such as one of a sensor or of the randomization.
 
     Args:
         place: Location of the setting, such as ``"sensors.lidar"`` or ``"randomize.mass[1].scale"``.

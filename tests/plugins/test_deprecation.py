@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from frobs_cli.errors import CommandLineError
-from frobs_core.deprecation import MOVED, FrobsDeprecationWarning, rename_keywords
+from frobs_core import contracts
+from frobs_core.deprecation import MOVED, FrobsDeprecationWarning, moved_names, rename_keywords
 from frobs_core.kernel.config import EnvConfig
 from frobs_core.plugins.records import CapabilityRecord, ParameterRecord
 
@@ -40,6 +41,19 @@ def test_an_error_of_commands_is_found_in_its_distribution(module: str) -> None:
         error = import_module(module).CommandLineError
     assert error is CommandLineError
     assert [f"use frobs_cli.errors.{error.__name__}." in str(one.message) for one in warnings] == [True]
+
+
+def test_the_argument_of_a_command_line_error_has_its_name_of_0_2() -> None:
+    error = CommandLineError("--size", "too large")
+    with pytest.warns(FrobsDeprecationWarning, match=r"use CommandLineError\.place"):
+        assert error.argument == "--size"
+    assert str(error) == "--size: too large"
+
+
+def test_names_are_exported_without_those_of_distributions_that_are_not_installed() -> None:
+    assert moved_names("of_0_2", ["not_installed.errors", "frobs_core.contracts"])("__all__") == contracts.__all__
+    with pytest.raises(AttributeError, match="__all__"):
+        moved_names("of_0_2", ["not_installed.errors"])("__all__")
 
 
 def test_a_renamed_class_is_found_under_its_name_of_0_2() -> None:

@@ -1,7 +1,8 @@
 """Errors of commands.
 
 ConfigurationError          defined in :mod:`frobs_core.util.errors`
-├── CommandLineError        a command-line argument cannot be used
+├── SettingError            defined in :mod:`frobs_core.util.errors`
+│   └── CommandLineError    a command-line argument cannot be used
 ├── MissingFileError        a file does not exist
 └── TargetExistsError       an output file or folder already exists
 """
@@ -10,20 +11,19 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from frobs_core.util.errors import ConfigurationError
+from frobs_core.deprecation import renamed_attribute
+from frobs_core.util.errors import ConfigurationError, SettingError
 
 
-class CommandLineError(ConfigurationError):
+class CommandLineError(SettingError):
     """A command-line argument is invalid.
 
     Args:
-        argument: The option or argument, such as ``"--args"``.
+        place: The option or argument, such as ``"--args"``.
         reason: The problem and how to fix it.
     """
 
-    def __init__(self, argument: str, reason: str) -> None:
-        self.argument, self.reason = argument, reason
-        super().__init__(f"{argument}: {reason}")
+    argument = renamed_attribute("argument", "place")
 
 
 class MissingFileError(ConfigurationError):

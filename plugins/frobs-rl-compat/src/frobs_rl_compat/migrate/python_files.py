@@ -15,7 +15,7 @@ from frobs_rl_compat.migrate.errors import MigrationError
 ROOTS = ("RobotBasicEnv", "CustomRobotEnv", "CCustomRobotEnv", "CustomTaskEnv")
 """FRobs_RL's own base classes, from which a package's classes inherit."""
 
-_MAX_BYTES = 4 * 2**20
+_MAX_BYTES = 4 * 2**20  # of one Python file
 
 
 @dataclass(frozen=True, eq=False)
