@@ -58,6 +58,7 @@ def pictures_are_true(subject: SimulatorUnderTest) -> None:
 
 
 @verifies("camera_intrinsics")
+@after("pictures_are_true")
 def intrinsics_project_points(subject: SimulatorUnderTest) -> None:
     """A red box appears at the pixel to which the camera's intrinsics project it, in images of two sizes."""
     x, y, z = (1.5, 0.5, 1.4)  # [m] in front of, to the left of and above the origin
