@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import re
+import threading
+import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import mujoco
 import numpy as np
@@ -18,8 +21,9 @@ from frobs_rl_compat.moveit import poses
 from frobs_rl_compat.moveit import scene as scenes
 from frobs_rl_compat.moveit.description import RobotDescription, describe
 from frobs_rl_compat.moveit.errors import MoveItCommanderException
-from frobs_rl_compat.moveit.execution import choose
+from frobs_rl_compat.moveit.execution import Execution, choose
 from frobs_rl_compat.moveit.group import MoveGroupCommander
+from frobs_rl_compat.moveit.joints import JointStates
 from frobs_rl_compat.moveit.planning import GroupPlanner
 from frobs_rl_compat.moveit.robot import RobotCommander
 from frobs_rl_compat.moveit.scene_interface import PlanningSceneInterface
@@ -105,6 +109,55 @@ def test_the_default_controller_is_chosen_and_other_types_are_refused():
         choose(["c"], entries, "/move_group")
     with pytest.raises(MoveItCommanderException, match="controller_list is missing"):
         choose(["a"], None, "/move_group")
+
+
+def test_positions_from_before_the_call_or_the_end_of_a_motion_are_not_current(messages, monkeypatch):
+    import rospy
+    from sensor_msgs.msg import JointState
+    from std_msgs.msg import Header
+
+    callbacks = []
+    monkeypatch.setattr(rospy, "Subscriber", lambda topic, kind, callback, **_: callbacks.append(callback))
+    monkeypatch.setattr(rospy, "get_time", lambda: 10.0)
+    states = JointStates("/joint_states")
+
+    def send(*stamps: float) -> None:
+        for stamp in stamps:
+            time.sleep(0.02)
+            header = Header(stamp=rospy.Time.from_sec(stamp))
+            callbacks[0](JointState(header=header, name=["a"], position=[stamp]))
+
+    def received(*stamps: float, since: float = 0.0) -> float:
+        thread = threading.Thread(target=send, args=stamps)
+        thread.start()
+        position = states.current(["a"], since=since)["a"]
+        thread.join()
+        return position
+
+    assert received(9.8, 9.9, 10.0, 10.1) == 10.0
+    assert received(10.0, 10.5, 10.6, since=10.5) == 10.5
+    assert received(0.0) == 0.0  # the publisher does not stamp its messages
+    assert received(9.7) == 9.7  # no message follows: the simulation is paused
+
+
+def test_a_motion_whose_result_was_lost_ends_with_its_status(messages, monkeypatch):
+    import rospy
+    from actionlib import CommState
+    from actionlib_msgs.msg import GoalStatus
+
+    monkeypatch.setattr(rospy, "is_shutdown", lambda: False)
+    states = SimpleNamespace(stamp=0.0, current=lambda names, since: None)
+    execution = Execution("", states)
+    for status in (GoalStatus.SUCCEEDED, GoalStatus.ABORTED):
+        goal = SimpleNamespace(
+            get_comm_state=lambda: CommState.WAITING_FOR_RESULT,
+            get_goal_status=lambda status=status: status,
+            get_goal_status_text=lambda: "too far",
+            get_result=lambda: None,
+            comm_state_machine=SimpleNamespace(latest_result=None),
+        )
+        execution._goals = [goal]
+        assert execution._wait(5.0) is (status == GoalStatus.SUCCEEDED)
 
 
 @pytest.mark.parametrize("owner", [MoveGroupCommander, PlanningSceneInterface, RobotCommander])

@@ -18,6 +18,8 @@ from frobs_rl_compat.moveit.settings import SETTINGS
 LOG = logging.getLogger("rosout.moveit_commander")
 
 _CONNECT = 5.0  # [s] maximum time to wait for a controller's action server
+_LOST = 0.5  # [s] time after a goal's final status when its result, which is sent at the same time, counts as lost
+_CANCEL = 1.0  # [s] maximum time to wait until a controller has canceled a motion
 _PERIOD = 0.05  # [s]
 
 
@@ -69,13 +71,16 @@ class Execution:
         return self._wait(limit)
 
     def stop(self) -> None:
-        """Cancel the motion, so that the controllers hold the robot at its current position."""
+        """Cancel the motion, and wait until the controllers hold the robot at its current position."""
         goals, self._goals = self._goals, []
         for goal in goals:
             if not _is_done(goal):
                 goal.cancel()
         self._stopped.set()
         self._changed.set()
+        end = time.monotonic() + _CANCEL
+        while not all(map(_is_done, goals)) and time.monotonic() < end:
+            time.sleep(0.005)  # not the event, which belongs to the thread that waits for the motion
 
     def _transition(self, _: Any) -> None:
         self._changed.set()
@@ -142,7 +147,8 @@ class Execution:
         from actionlib_msgs.msg import GoalStatus
 
         goals, begin, began = self._goals, self._states.stamp, time.monotonic()
-        while not all(map(_is_done, goals)):
+        final: dict[int, float] = {}  # when the final status of a goal without a result was noticed
+        while not all(_is_done(goal) or _is_lost(goal, final) for goal in goals):
             if rospy.is_shutdown() or self._stopped.is_set():
                 return False
             if limit is not None and min(self._states.stamp - begin, time.monotonic() - began) > limit:
@@ -151,7 +157,10 @@ class Execution:
                 return False
             self._changed.wait(_PERIOD)
             self._changed.clear()
-        failed = [goal for goal in goals if goal.get_terminal_state() != GoalStatus.SUCCEEDED]
+        # The result may arrive before joint states from the end of the motion, and the next plan starts at these.
+        ended = [result.header.stamp.to_sec() for goal in goals if (result := goal.comm_state_machine.latest_result)]
+        self._states.current((), since=max(ended, default=0.0))
+        failed = [goal for goal in goals if goal.get_goal_status() != GoalStatus.SUCCEEDED]
         for goal in failed:
             text = getattr(goal.get_result(), "error_string", "") or goal.get_goal_status_text() or "no reason given"
             LOG.error("A controller did not finish the motion: %s", text)
@@ -193,6 +202,19 @@ def choose(names: Sequence[str], controllers: Any, owner: str) -> dict[str, list
 def _is_connected(client: Any) -> bool:
     connections = client.pub_goal.get_num_connections(), client.result_sub.get_num_connections()
     return client.last_status_msg is not None and all(connections)
+
+
+def _is_lost(goal: Any, final: dict[int, float]) -> bool:
+    """Return whether the goal has ended, but its result did not arrive.
+
+    A publisher of rospy confirms a connection before it uses the connection. The result of a short motion that ends in
+    between is lost if the client is new, whereas the status is repeated.
+    """
+    from actionlib import CommState
+
+    if goal.get_comm_state() != CommState.WAITING_FOR_RESULT:
+        return False
+    return time.monotonic() - final.setdefault(id(goal), time.monotonic()) > _LOST
 
 
 def _is_done(goal: Any) -> bool:

@@ -43,25 +43,34 @@ class JointStates:
         """Time of the last message, on the robot's clock [s]."""
         return self._stamp
 
-    def current(self, names: Iterable[str], wait: float = 1.0) -> dict[str, float]:
+    def current(self, names: Iterable[str], wait: float = 1.0, since: float = 0.0) -> dict[str, float]:
         """Return joint positions from the next message, or from the last message if the simulation is paused.
+
+        A message that was stamped before this call or before ``since`` is not the next one: on a busy computer, a
+        message may arrive long after the positions in it were measured. A message without a stamp always counts.
 
         Args:
             names: Names of the joints.
             wait: Maximum time to wait for the first message [s].
+            since: Earliest time of the positions on the robot's clock [s], such as the end of a motion.
 
         Raises:
             MoveItCommanderException: The position of at least one joint was not received in time.
         """
-        requested, began = list(names), time.monotonic()
+        import rospy
+
+        requested, since = list(names), max(since, rospy.get_time())
         with self._changed:
-            count = self._count
-            while not self._is_known(requested) or self._count == count:
-                waited = time.monotonic() - began
-                limit = _PAUSED if self._is_known(requested) else wait
-                if waited >= limit:
+            first, end = self._count, time.monotonic() + wait
+            while not self._is_known(requested) or self._count == first or 0.0 < self._stamp < since:
+                last = self._count
+                known = self._is_known(requested)
+                remaining = end - time.monotonic()
+                if remaining <= 0.0:
                     break
-                self._changed.wait(limit - waited)
+                self._changed.wait(min(_PAUSED, remaining) if known else remaining)
+                if known and self._count == last:  # no message: the simulation is paused
+                    break
             missing = [name for name in requested if name not in self._positions]
             if missing:
                 raise MoveItCommanderException(
