@@ -116,6 +116,7 @@ def run_in_workspace(start_in_workspace: Callable[..., Any]) -> Callable[..., Ca
                 finally:
                     process.kill()
             assert process.returncode == 0, output[-6000:]
+            sys.stdout.write(output)  # pytest shows it if a later check fails
             return output
 
         return run

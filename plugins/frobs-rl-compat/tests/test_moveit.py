@@ -28,7 +28,6 @@ def results(run_in_workspace: Callable[..., Callable[..., str]]) -> Callable[[st
         output = run_in_workspace(PACKAGE, "bridge:mujoco", PYTHONPATH=str(PACKAGE / "scripts"))(
             PACKAGE / "scripts" / script
         )
-        sys.stdout.write(output)  # pytest shows what the nodes said if a check of the results fails
         return json.loads(re.search(r"^RESULT (.*)$", output, re.MULTILINE)[1])
 
     return run

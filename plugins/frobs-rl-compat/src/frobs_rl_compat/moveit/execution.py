@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import threading
 import time
 from collections.abc import Mapping, Sequence
@@ -14,11 +15,12 @@ from frobs_rl_compat.moveit.errors import MoveItCommanderException
 from frobs_rl_compat.moveit.joints import JointStates
 from frobs_rl_compat.moveit.node import group_parameters, resolve
 from frobs_rl_compat.moveit.settings import SETTINGS
+from frobs_ros.ros.processes import wait_for
 
 LOG = logging.getLogger("rosout.moveit_commander")
 
 _CONNECT = 5.0  # [s] maximum time to wait for a controller's action server
-_LOST = 0.5  # [s] time after a goal's final status when its result, which is sent at the same time, counts as lost
+_LOST = 0.5  # [s] time after the final status of a goal at which a missing result is considered lost
 _CANCEL = 1.0  # [s] maximum time to wait until a controller has canceled a motion
 _PERIOD = 0.05  # [s]
 
@@ -74,13 +76,12 @@ class Execution:
         """Cancel the motion, and wait until the controllers hold the robot at its current position."""
         goals, self._goals = self._goals, []
         for goal in goals:
-            if not _is_done(goal):
+            if not _has_ended(goal):
                 goal.cancel()
         self._stopped.set()
         self._changed.set()
-        end = time.monotonic() + _CANCEL
-        while not all(map(_is_done, goals)) and time.monotonic() < end:
-            time.sleep(0.005)  # not the event, which belongs to the thread that waits for the motion
+        if not wait_for(lambda: all(map(_has_ended, goals)), _CANCEL):
+            LOG.error("The controllers did not confirm within %.3g s that they canceled the motion.", _CANCEL)
 
     def _transition(self, _: Any) -> None:
         self._changed.set()
@@ -147,17 +148,21 @@ class Execution:
         from actionlib_msgs.msg import GoalStatus
 
         goals, begin, began = self._goals, self._states.stamp, time.monotonic()
-        final: dict[int, float] = {}  # when the final status of a goal without a result was noticed
-        while not all(_is_done(goal) or _is_lost(goal, final) for goal in goals):
+        ended_at = math.inf  # when the final statuses of all goals were noticed
+        while not all(map(_is_done, goals)):
             if rospy.is_shutdown() or self._stopped.is_set():
                 return False
             if limit is not None and min(self._states.stamp - begin, time.monotonic() - began) > limit:
                 LOG.error("The controllers did not finish within %.3g s; the motion was stopped.", limit)
                 self.stop()
                 return False
+            if all(map(_has_ended, goals)):
+                ended_at = min(ended_at, time.monotonic())
+                if time.monotonic() - ended_at > _LOST:
+                    break
             self._changed.wait(_PERIOD)
             self._changed.clear()
-        # The result may arrive before joint states from the end of the motion, and the next plan starts at these.
+        # Results may arrive before the joint states from the end of the motion, at which the next plan starts.
         ended = [result.header.stamp.to_sec() for goal in goals if (result := goal.comm_state_machine.latest_result)]
         self._states.current((), since=max(ended, default=0.0))
         failed = [goal for goal in goals if goal.get_goal_status() != GoalStatus.SUCCEEDED]
@@ -204,20 +209,19 @@ def _is_connected(client: Any) -> bool:
     return client.last_status_msg is not None and all(connections)
 
 
-def _is_lost(goal: Any, final: dict[int, float]) -> bool:
-    """Return whether the goal has ended, but its result did not arrive.
+def _has_ended(goal: Any) -> bool:
+    """Return whether the final status of a goal has arrived, even if its result has not.
 
-    A publisher of rospy confirms a connection before it uses the connection. The result of a short motion that ends in
-    between is lost if the client is new, whereas the status is repeated.
+    A publisher of rospy confirms a connection before it sends messages over this connection. If a motion ends in
+    between, its result is lost, but the controller publishes the status again.
     """
     from actionlib import CommState
 
-    if goal.get_comm_state() != CommState.WAITING_FOR_RESULT:
-        return False
-    return time.monotonic() - final.setdefault(id(goal), time.monotonic()) > _LOST
+    return goal.get_comm_state() in (CommState.WAITING_FOR_RESULT, CommState.DONE)
 
 
 def _is_done(goal: Any) -> bool:
+    """Return whether the final status and the result of a goal have arrived."""
     from actionlib import CommState
 
     return bool(goal.get_comm_state() == CommState.DONE)

@@ -46,12 +46,12 @@ class JointStates:
     def current(self, names: Iterable[str], wait: float = 1.0, since: float = 0.0) -> dict[str, float]:
         """Return joint positions from the next message, or from the last message if the simulation is paused.
 
-        A message that was stamped before this call or before ``since`` is not the next one: on a busy computer, a
-        message may arrive long after the positions in it were measured. A message without a stamp always counts.
+        Messages that were stamped before this call or before ``since`` are skipped, because on a busy computer a message
+        may arrive long after its positions were measured. Messages without a stamp are never skipped.
 
         Args:
             names: Names of the joints.
-            wait: Maximum time to wait for the first message [s].
+            wait: Maximum time to wait [s].
             since: Earliest time of the positions on the robot's clock [s], such as the end of a motion.
 
         Raises:
@@ -61,15 +61,11 @@ class JointStates:
 
         requested, since = list(names), max(since, rospy.get_time())
         with self._changed:
-            first, end = self._count, time.monotonic() + wait
-            while not self._is_known(requested) or self._count == first or 0.0 < self._stamp < since:
-                last = self._count
-                known = self._is_known(requested)
+            count, end = self._count, time.monotonic() + wait
+            while not (known := self._is_known(requested)) or self._count == count or 0.0 < self._stamp < since:
                 remaining = end - time.monotonic()
-                if remaining <= 0.0:
-                    break
-                self._changed.wait(min(_PAUSED, remaining) if known else remaining)
-                if known and self._count == last:  # no message: the simulation is paused
+                received = self._changed.wait(min(_PAUSED, remaining) if known else remaining)
+                if not received and (known or remaining <= 0.0):  # the simulation is paused, or the time is over
                     break
             missing = [name for name in requested if name not in self._positions]
             if missing:
