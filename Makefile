@@ -11,7 +11,7 @@ FUZZ_ARGS =
 
 BIN := $(VENV)/bin
 PLUGINS := $(sort $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml)))
-DEMO := cli train[plots,video] deploy models sim-mujoco controllers grippers algos-sb3 $(patsubst plugins/frobs-%,%,$(wildcard plugins/frobs-robots-* plugins/frobs-tasks-*))
+DEMO := cli train[plots,video] deploy models sim-mujoco controllers grippers algos algos-sb3 $(patsubst plugins/frobs-%,%,$(wildcard plugins/frobs-robots-* plugins/frobs-tasks-*))
 PROJECTS := pyproject.toml $(PLUGINS:%=%/pyproject.toml) constraints.txt
 # Without --no-compile, pip would compile all modules, which takes as long as the rest of the installation.
 PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip -qq --no-input install --no-compile --constraint constraints.txt

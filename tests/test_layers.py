@@ -15,6 +15,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "docs"))
 from layers import Distribution, distributions, imported_distributions, imports
 
 CORE, MODELS, CLI, DEPLOY = "frobs-core", "frobs-models", "frobs-cli", "frobs-deploy"
+ALGOS = "frobs-algos"
 TRAIN, DEVKIT = "frobs-train", "frobs-devkit"
 
 ALLOWED = {
@@ -30,9 +31,10 @@ ALLOWED = {
     "frobs-controllers*": {CORE, MODELS},
     "frobs-tasks-legacy": {CORE, "frobs-tasks-reach", "frobs-tasks-navigation"},
     "frobs-tasks-*": {CORE, MODELS},
-    "frobs-algos-sbx": {CORE, "frobs-algos-sb3"},
-    "frobs-algos-*": {CORE},
-    "frobs-ray": {CORE, TRAIN, "frobs-algos-sb3"},
+    ALGOS: {CORE, "frobs-data"},
+    "frobs-algos-sbx": {CORE, ALGOS, "frobs-algos-sb3"},
+    "frobs-algos-*": {CORE, ALGOS},
+    "frobs-ray": {CORE, ALGOS, TRAIN, "frobs-algos-sb3"},
     "frobs-ros": {CORE, MODELS, CLI, DEPLOY},
     "frobs-rl-compat": {
         *(CORE, MODELS, CLI, "frobs-ros", "frobs-algos-sb3", "frobs-controllers-planning"),
@@ -73,7 +75,8 @@ FROM_ROS = {"actionlib", "dynamic_reconfigure", "genmsg", "genpy", "rosgraph", "
 """Modules of ROS 1, besides those of messages and services."""
 
 USED_BY_OTHERS = {
-    "frobs-algos-sb3": {"onnxscript", "tensorboard"},  # by torch.onnx and by stable-baselines3
+    ALGOS: {"onnxscript"},  # by torch.onnx
+    "frobs-algos-sb3": {"tensorboard"},  # by stable-baselines3
     "frobs-algos-sbx": {"tfp-nightly"},  # by sbx
     TRAIN: {"alembic"},  # by MLflow, for a local database
     "frobs-ray": {"dm-tree", "lz4", "ormsgpack", "scipy"},  # by RLlib

@@ -37,6 +37,7 @@ _COLUMNS = {
     "controllers": 6,
     "frobs-rl-compat": 6,
     "algorithms": 7,
+    "frobs-algos": 7,
     "frobs-algos-sbx": 7,
 }
 """Column of each box; boxes that are not listed share a further one. The rows follow from the imports."""

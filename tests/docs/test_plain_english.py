@@ -39,7 +39,9 @@ SOURCES = (
     "plugins/frobs-ros/src",
     "plugins/frobs-rl-compat/src",
     "plugins/frobs-train/src",
+    "plugins/frobs-algos-imitation/src",
     "plugins/frobs-algos-sb3/src",
+    "plugins/frobs-algos/src",
     "plugins/frobs-algos-sbx/src",
     "plugins/frobs-ray/src",
 )

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import torch as th
 
-from frobs_algos_sb3 import storage
+from frobs_algos import storage
 from frobs_core import plugins
 
 REACH, GOAL = "frobs/Irb120Reach-v0", "frobs/Irb120ReachGoal-v0"

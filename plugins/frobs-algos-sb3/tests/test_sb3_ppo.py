@@ -10,8 +10,9 @@ import pytest
 import torch as th
 from test_sb3_exact import assert_same
 
-from frobs_algos_sb3 import state, storage
-from frobs_algos_sb3.settings import schedule
+from frobs_algos import storage
+from frobs_algos.settings import schedule
+from frobs_algos_sb3 import state
 from frobs_algos_sb3_fixtures import Family
 from frobs_core.util.errors import (
     CheckpointError,

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from stable_baselines3.common.buffers import DictReplayBuffer, ReplayBuffer
 
-from frobs_algos_sb3 import replay, storage
+from frobs_algos import storage
+from frobs_algos_sb3 import replay
 from frobs_core.util.errors import CheckpointError
 
 BOX = gym.spaces.Box(-1.0, 1.0, (3,))

@@ -7,7 +7,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_algos_sb3.spaces import space_from_json, space_to_json
+from frobs_algos.spaces import space_from_json, space_to_json
 from frobs_core.util.errors import CheckpointError, ConfigurationError
 
 SPACES = [

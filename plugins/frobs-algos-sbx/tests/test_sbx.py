@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import test_sb3_exact as exact
 
-from frobs_algos_sb3 import storage
+from frobs_algos import storage
 from frobs_core import plugins
 from frobs_core.util.errors import CheckpointError, ConfigurationError, PluginError
 from frobs_train import resolve_config

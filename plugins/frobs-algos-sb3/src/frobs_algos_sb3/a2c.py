@@ -7,9 +7,9 @@ from typing import ClassVar
 import stable_baselines3 as sb3
 from pydantic import PositiveFloat, PositiveInt
 
+from frobs_algos.settings import Fraction, Schedule
 from frobs_algos_sb3.algorithm import SB3Algorithm
 from frobs_algos_sb3.config import OnPolicyConfig, SB3Config
-from frobs_algos_sb3.settings import Fraction, Schedule
 
 
 class A2CConfig(OnPolicyConfig):

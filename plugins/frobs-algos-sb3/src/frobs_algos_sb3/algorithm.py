@@ -18,11 +18,13 @@ from stable_baselines3.common.preprocessing import is_image_space
 from stable_baselines3.common.utils import set_random_seed
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
-from frobs_algos_sb3 import replay, state, storage
+from frobs_algos import storage
+from frobs_algos.spaces import space_from_json, space_to_json, suggested_scale
+from frobs_algos_sb3 import replay, state
 from frobs_algos_sb3.callback import MonitorCallback, Stopped
 from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.features import ScaledFlattenExtractor
-from frobs_algos_sb3.spaces import check_observation_space, space_from_json, space_to_json, suggested_scale
+from frobs_algos_sb3.spaces import check_observation_space
 from frobs_algos_sb3.vec_env import NoEnvironment, VectorEnvAdapter
 from frobs_core.contracts import Algorithm, TrainingMonitor
 from frobs_core.description import Observation
@@ -232,7 +234,7 @@ class SB3Algorithm(Algorithm):
 
     def export_onnx(self) -> bytes:
         """Return the deterministic policy as an ONNX graph."""
-        from frobs_algos_sb3.onnx import export_graph  # imported here because importing the tracer is slow
+        from frobs_algos.onnx import export_graph  # imported here because importing the tracer is slow
 
         return export_graph(self._policy_graph, self.model.device)
 

@@ -6,8 +6,9 @@ from typing import Any, Self
 
 from pydantic import NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
+from frobs_algos.settings import Fraction, Schedule, Settings, schedule
 from frobs_algos_sb3.networks import ActorCriticConfig, NetworkConfig
-from frobs_algos_sb3.settings import Fraction, SampleFrequency, Schedule, Settings, schedule
+from frobs_algos_sb3.settings import SampleFrequency
 
 
 class SB3Config(Settings):

@@ -7,12 +7,12 @@ from typing import Any, ClassVar
 import sb3_contrib
 from pydantic import PositiveInt
 
+from frobs_algos.settings import Schedule
 from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.networks import BatchNormConfig
 from frobs_algos_sb3.noise import ActionNoiseConfig
 from frobs_algos_sb3.off_policy import OffPolicy, OffPolicyConfig
 from frobs_algos_sb3.sac import EntropyConfig
-from frobs_algos_sb3.settings import Schedule
 from frobs_core.util.errors import IncompatibleSpaceError
 
 

@@ -7,10 +7,10 @@ from typing import ClassVar
 import stable_baselines3 as sb3
 from pydantic import PositiveFloat, PositiveInt
 
+from frobs_algos.settings import Fraction, Schedule
 from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.networks import QNetworkConfig
 from frobs_algos_sb3.off_policy import OffPolicy, OffPolicyConfig, TrainFrequency
-from frobs_algos_sb3.settings import Fraction, Schedule
 
 
 class DQNConfig(OffPolicyConfig):

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
-from frobs_algos_sb3.settings import Fraction, Settings
+from frobs_algos.settings import Fraction, Settings
 
 Widths = list[PositiveInt]
 """Widths of the hidden layers, from the first to the last."""

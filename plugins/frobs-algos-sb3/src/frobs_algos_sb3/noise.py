@@ -14,7 +14,7 @@ from stable_baselines3.common.noise import (
     VectorizedActionNoise,
 )
 
-from frobs_algos_sb3.settings import Settings
+from frobs_algos.settings import Settings
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ParameterValueError
 

@@ -10,11 +10,12 @@ from pydantic import Field, NonNegativeInt, PositiveInt, model_validator
 from stable_baselines3 import HerReplayBuffer
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 
+from frobs_algos.settings import Fraction, Settings
 from frobs_algos_sb3.algorithm import SB3Algorithm
 from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.networks import DeterministicConfig
 from frobs_algos_sb3.noise import ActionNoiseConfig
-from frobs_algos_sb3.settings import Fraction, SampleFrequency, Settings
+from frobs_algos_sb3.settings import SampleFrequency
 from frobs_core.util.errors import ConflictingOptionsError, IncompatibleSpaceError, ParameterValueError
 
 GOAL_KEYS = frozenset({"observation", "achieved_goal", "desired_goal"})

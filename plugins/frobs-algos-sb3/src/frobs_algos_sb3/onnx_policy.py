@@ -11,12 +11,13 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.policies import ActorCriticPolicy
 from torch import nn
 
+from frobs_algos.onnx import TraceablePolicy
 from frobs_algos_sb3.onnx_lstm import LstmStep
 from frobs_algos_sb3.onnx_observation import ObservationInput
 from frobs_core.util.errors import PolicyExportError
 
 
-class PolicyGraph(nn.Module):
+class PolicyGraph(TraceablePolicy):
     """A policy that maps an observation to an action.
 
     Args:

@@ -12,7 +12,7 @@ import numpy as np
 from stable_baselines3 import HerReplayBuffer
 from stable_baselines3.common.buffers import ReplayBuffer
 
-from frobs_algos_sb3 import storage
+from frobs_algos import storage
 from frobs_core.util.errors import CheckpointError
 
 BLOCK_STEPS = 16_384

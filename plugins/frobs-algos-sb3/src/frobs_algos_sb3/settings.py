@@ -1,50 +1,14 @@
-"""Building blocks of settings: the base class, schedules and fractions."""
+"""Building blocks of settings: those of all algorithm plugins, and one of stable-baselines3."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable
 from typing import Annotated
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import Field
 
-_LINEAR = re.compile(r"^lin_(.+)$")
+from frobs_algos.settings import Fraction, Schedule, Settings, schedule
 
-
-def _check_schedule(value: float | str) -> float | str:
-    if isinstance(value, str):
-        match = _LINEAR.match(value)
-        try:
-            number = float(match[1]) if match else 0.0
-        except ValueError:
-            number = 0.0
-        if number <= 0.0:
-            raise ValueError(
-                "write a positive number, or 'lin_' followed by a positive initial value that decreases linearly to 0"
-            )
-    elif not value > 0.0:
-        raise ValueError("must be positive")
-    return value
-
-
-Schedule = Annotated[float | str, Field(union_mode="left_to_right"), AfterValidator(_check_schedule)]
-"""A positive number, or text such as ``"lin_3e-4"`` for a number that decreases linearly to 0 during training."""
-
-Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
+__all__ = ["Fraction", "SampleFrequency", "Schedule", "Settings", "schedule"]
 
 SampleFrequency = Annotated[int, Field(ge=-1)]
 """Number of steps after which gSDE draws a new noise matrix, or −1 to draw one only at the start of an iteration."""
-
-
-def schedule(value: float | str) -> float | Callable[[float], float]:
-    """Return a schedule for stable-baselines3: a number, or a function of the remaining progress (from 1 to 0)."""
-    if isinstance(value, str):
-        start = float(value.removeprefix("lin_"))
-        return lambda remaining: start * remaining
-    return value
-
-
-class Settings(BaseModel):
-    """Base class of immutable settings that reject unknown keys."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")

@@ -7,9 +7,9 @@ from typing import ClassVar
 import stable_baselines3 as sb3
 from pydantic import NonNegativeFloat, PositiveInt
 
+from frobs_algos.settings import Schedule
 from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.off_policy import ContinuousConfig, OffPolicy
-from frobs_algos_sb3.settings import Schedule
 
 
 class TD3Config(ContinuousConfig):

@@ -12,8 +12,8 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
+from frobs_algos import storage
 from frobs_algos_sb3 import state as sb3_state
-from frobs_algos_sb3 import storage
 from frobs_algos_sb3.algorithm import SB3Algorithm
 from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.off_policy import GOAL_KEYS, OffPolicy

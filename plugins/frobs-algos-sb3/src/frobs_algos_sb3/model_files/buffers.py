@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from stable_baselines3.common.buffers import DictReplayBuffer, ReplayBuffer
 
-from frobs_algos_sb3.storage import write_arrays
+from frobs_algos.storage import write_arrays
 from frobs_core.util.errors import CheckpointError, ConfigurationError, UntrustedFileError
 from frobs_core.util.files import write_aside
 

@@ -12,9 +12,9 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.preprocessing import is_image_space
 from stable_baselines3.common.vec_env import VecTransposeImage
 
+from frobs_algos.storage import check_networks
 from frobs_algos_sb3.model_files.load import load_model
 from frobs_algos_sb3.model_files.space_text import same_space
-from frobs_algos_sb3.storage import check_networks
 from frobs_core.description import Observation
 from frobs_core.util.arrays import Action, Mask
 from frobs_core.util.errors import RunError

@@ -13,8 +13,8 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.noise import NormalActionNoise
 from stable_baselines3.common.type_aliases import TrainFreq
 
+from frobs_algos.spaces import space_from_json, space_to_json
 from frobs_algos_sb3.model_files.archive import ModelArchive
-from frobs_algos_sb3.spaces import space_from_json, space_to_json
 from frobs_core.util.errors import CheckpointError, ConfigurationError
 from frobs_core.util.files import write_aside, write_json
 

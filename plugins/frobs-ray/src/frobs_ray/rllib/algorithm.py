@@ -12,8 +12,8 @@ import numpy as np
 import torch as th
 from ray.rllib.algorithms.algorithm_config import AlgorithmConfig
 
-from frobs_algos_sb3 import storage
-from frobs_algos_sb3.spaces import space_from_json, space_to_json, suggested_scale
+from frobs_algos import storage
+from frobs_algos.spaces import space_from_json, space_to_json, suggested_scale
 from frobs_core.contracts import Algorithm, TrainingMonitor
 from frobs_core.description import Observation
 from frobs_core.util.arrays import Action, Mask
@@ -170,7 +170,7 @@ class RLlibAlgorithm(Algorithm):
 
     def export_onnx(self) -> bytes:
         """Return the deterministic policy as an ONNX graph."""
-        from frobs_algos_sb3.onnx import export_graph  # imported late, because importing the tracer is slow
+        from frobs_algos.onnx import export_graph  # imported late, because importing the tracer is slow
         from frobs_ray.rllib.onnx import policy_graph
 
         return export_graph(lambda: policy_graph(self.module, self.observation_space, self.action_space))

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 from pydantic import NonNegativeFloat, PositiveFloat, PositiveInt
 from ray.rllib.algorithms import appo
 
-from frobs_algos_sb3.settings import Fraction, Schedule
+from frobs_algos.settings import Fraction, Schedule
 from frobs_ray.rllib.actor_critic import ActorCritic
 from frobs_ray.rllib.algorithm import RLlibAlgorithm
 from frobs_ray.rllib.config import OnPolicyConfig, RLlibConfig

@@ -6,8 +6,8 @@ from typing import Annotated
 
 from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt
 
+from frobs_algos.settings import Fraction, Schedule, Settings, schedule
 from frobs_algos_sb3.networks import Activation, Widths
-from frobs_algos_sb3.settings import Fraction, Schedule, Settings, schedule
 
 
 class NetworkConfig(Settings):

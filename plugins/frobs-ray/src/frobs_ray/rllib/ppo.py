@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
 from ray.rllib.algorithms import ppo
 
-from frobs_algos_sb3.settings import Fraction
+from frobs_algos.settings import Fraction
 from frobs_ray.rllib.actor_critic import ActorCritic
 from frobs_ray.rllib.algorithm import RLlibAlgorithm
 from frobs_ray.rllib.config import OnPolicyConfig, RLlibConfig

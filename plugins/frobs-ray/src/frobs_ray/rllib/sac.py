@@ -11,8 +11,8 @@ from ray.rllib.algorithms.sac.torch.sac_torch_learner import SACTorchLearner
 from ray.rllib.core import DEFAULT_MODULE_ID
 from ray.rllib.policy.sample_batch import MultiAgentBatch, SampleBatch
 
+from frobs_algos.settings import Fraction
 from frobs_algos_sb3.sac import EntropyCoefficient
-from frobs_algos_sb3.settings import Fraction
 from frobs_ray.rllib.algorithm import RLlibAlgorithm
 from frobs_ray.rllib.config import NetworkConfig, RLlibConfig
 from frobs_ray.rllib.replay import ReplayBuffer, Transitions

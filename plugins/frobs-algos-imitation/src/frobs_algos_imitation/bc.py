@@ -1,0 +1,51 @@
+"""Behavior cloning."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from frobs_algos.demonstrations import load_demonstrations
+from frobs_algos_imitation.algorithm import ImitationAlgorithm
+from frobs_algos_imitation.config import CloningConfig, ImitationConfig
+from frobs_algos_imitation.samples import Samples, in_order
+from frobs_core.contracts import TrainingMonitor
+
+
+class BC(ImitationAlgorithm):
+    """Behavior cloning: supervised learning of the demonstrated actions (Pomerleau 1989).
+
+    The steps of a training run are updates of the network. The environments of the run are not stepped.
+    """
+
+    name: ClassVar[str] = "bc"
+    config_model: ClassVar[type[ImitationConfig]] = CloningConfig
+
+    _config: CloningConfig
+
+    @property
+    def _chunk(self) -> int:
+        return 1
+
+    def train(self, steps: int, monitor: TrainingMonitor) -> None:
+        """Train until the total number of updates reaches ``steps``."""
+        if self.samples is None:
+            self._load_samples()
+        total, count = 0.0, 0
+        while self.steps < steps:
+            total, count = total + self._update(self.steps / steps), count + 1
+            self.steps += 1
+            if not monitor.is_due(self.steps) and self.steps < steps:
+                continue
+            go_on = monitor.on_progress(self.steps, {f"{self.name}/loss": total / count})
+            total, count = 0.0, 0
+            monitor.offer_checkpoint(self.steps, self.save)
+            if not go_on:
+                return
+
+    def _load_samples(self) -> None:
+        config, env = self._config, self._training_env()
+        shown = load_demonstrations(config.demonstrations, env, config.demonstration_episodes, self._seed)
+        observation: Any = in_order(shown.observation, self.observation_space)
+        action = shown.action if config.history > 1 else None
+        self.samples = Samples.of(observation, action, shown.action, shown.episode_start)
+        self.policy.normalize(self.samples.frames)

@@ -1,0 +1,123 @@
+"""The samples that a network learns from: windows of observations and actions, and the actions to imitate."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch as th
+from gymnasium import spaces
+
+from frobs_algos import storage
+from frobs_core.description import Observation
+from frobs_core.util.arrays import Mask
+from frobs_core.util.errors import CheckpointError
+
+Array = np.ndarray[Any, Any]
+
+
+class Samples:
+    """Frames of whole episodes, one episode after another, with the labels of the frames.
+
+    A frame is a flat observation. For a policy with a memory, the previous action follows, which is zero at the start of
+    an episode.
+
+    Attributes:
+        frames: (n, frame size) float32.
+        labels: Actions to imitate, (n, action size) float32.
+        parts: Arrays of which the samples consist.
+        starts: Index of the first frame of each frame's episode, (n,).
+        ends: Index after the last frame of each frame's episode, (n,).
+    """
+
+    def __init__(self, parts: Sequence[Mapping[str, Array]]) -> None:
+        self.parts = [*parts]
+        joined = {
+            name: np.concatenate([part[name] for part in parts]) for name in ("frames", "labels", "episode_start")
+        }
+        first = np.flatnonzero(joined["episode_start"])
+        lengths = np.diff([*first, len(joined["frames"])])
+        self.frames, self.labels = th.from_numpy(joined["frames"]), th.from_numpy(joined["labels"])
+        self.starts = th.from_numpy(np.repeat(first, lengths))
+        self.ends = th.from_numpy(np.repeat(first + lengths, lengths))
+
+    @classmethod
+    def of(cls, observation: Observation, action: Array | None, label: Array, episode_start: Mask) -> Samples:
+        """Return the samples of n steps.
+
+        Args:
+            observation: Observations before the actions, (n, …) or a dictionary of such arrays.
+            action: Actions that the environment received, (n, …), or None for a policy without a memory.
+            label: Actions to imitate, (n, …).
+            episode_start: (n,) bool.
+        """
+        frames = flatten(observation)
+        if action is not None:
+            previous = np.roll(action.reshape(len(action), -1).astype(np.float32), 1, axis=0)
+            previous[episode_start] = 0.0
+            frames = np.concatenate([frames, previous], axis=1)
+        labels = label.reshape(len(label), -1).astype(np.float32)
+        return cls([{"frames": frames, "labels": labels, "episode_start": episode_start}])
+
+    def __add__(self, other: Samples) -> Samples:
+        """Return the samples of both."""
+        return Samples([*self.parts, *other.parts])
+
+    def write(self, folder: Path, previous: Path | None) -> None:
+        """Write each part to a file of a new folder. Files of an earlier checkpoint become hard links."""
+        folder.mkdir()
+        for index, part in enumerate(self.parts):
+            name = f"part_{index:05d}.npz"
+            if previous is None or not _link(previous / name, folder / name):
+                storage.write_arrays(folder / name, part)
+
+    @classmethod
+    def read(cls, folder: Path) -> Samples:
+        """Read what :meth:`write` wrote, or raise CheckpointError if a file is missing or damaged."""
+        paths = sorted(folder.glob("part_*.npz"))
+        if [path.name for path in paths] != [f"part_{index:05d}.npz" for index in range(max(1, len(paths)))]:
+            raise CheckpointError(f"{folder} is damaged: a part is missing.")
+        return cls([storage.read_arrays(path) for path in paths])
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self.frames)
+
+    def batch(self, indices: th.Tensor, history: int, chunk: int) -> tuple[th.Tensor, th.Tensor, th.Tensor]:
+        """Return windows (batch, history, frame size), labels (batch, chunk, action size) and their validity.
+
+        Before the first frame of an episode, the first frame is repeated. Labels after the last frame of an episode are
+        not valid. The validity is (batch, chunk) bool.
+        """
+        back = indices[:, None] + th.arange(1 - history, 1)
+        ahead = indices[:, None] + th.arange(chunk)
+        windows = self.frames[th.maximum(back, self.starts[indices, None])]
+        last = self.ends[indices, None]
+        return windows, self.labels[th.minimum(ahead, last - 1)], ahead < last
+
+
+def _link(source: Path, target: Path) -> bool:
+    """Create ``target`` as a hard link to ``source`` or as a copy, and return whether the operation succeeded."""
+    try:
+        os.link(source, target)
+    except OSError:
+        try:
+            shutil.copyfile(source, target)
+        except FileNotFoundError:
+            return False
+    return True
+
+
+def flatten(observation: Observation) -> Array:
+    """Return observations as an array, (n, size) float32. The parts of a dictionary are concatenated in its order."""
+    parts = [*observation.values()] if isinstance(observation, dict) else [observation]
+    return np.concatenate([part.reshape(len(part), -1) for part in parts], axis=1).astype(np.float32)
+
+
+def in_order(observation: Observation, space: spaces.Space[Any]) -> Observation:
+    """Return an observation whose keys have the order of the space."""
+    return {key: observation[key] for key in space.spaces} if isinstance(space, spaces.Dict) else observation
