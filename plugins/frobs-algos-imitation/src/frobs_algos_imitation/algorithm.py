@@ -164,7 +164,7 @@ class ImitationAlgorithm(Algorithm):
         self._optimizer.zero_grad()
         loss.backward()  # type: ignore[no-untyped-call]
         self._optimizer.step()
-        value = float(loss)
+        value = float(loss.detach())
         if not math.isfinite(value):
             raise NonFiniteValueError(
                 f"algorithm '{self.name}'", "has a loss that is not finite", "train again with a lower learning_rate"
