@@ -348,7 +348,8 @@ def report(rows: Rows, drops: Mapping[str, str], episodes: int) -> str:
         "shows the result of the worst seed with its 95 % confidence interval. The training time is that of the slowest seed on an "
         "idle machine, if there is one, and includes writing checkpoints. If several algorithms were measured, the table shows the one "
         "with the highest median success. *From a scripted expert that sees the state* means that the policy imitates the task's "
-        "script, which reads the positions of all objects from the simulation. All other policies learn only from rewards.",
+        "script, which reads the positions of all objects from the simulation. All other policies learn from rewards, and "
+        "the settings of some let training episodes begin on the path of that expert (`reset_from`).",
         "",
         "| ID | way | seeds | steps | training | worst success | 95 % interval | median | steps to success | tracking error | "
         "wanted | on PyBullet, worst | in training, worst | FRobs_RL, in training |",

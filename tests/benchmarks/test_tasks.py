@@ -173,6 +173,7 @@ def test_a_finished_seed_is_not_trained_again_and_becomes_a_bundle(
     monkeypatch.setattr(tasks, "PICTURES", tmp_path / "pictures")
     first = tasks.measure(REACH, 3, episodes=4, steps=2048, kept=tmp_path)
     assert first["mujoco"]["episodes"] == 4
+    assert "steps_to_success" in first["mujoco"]
     bundle = read_bundle(pretrained.make(REACH, 3, episodes=4, steps=2048, kept=tmp_path))
     training = bundle.manifest["training"]
     assert training["command"] == "frobs train frobs/Irb120Reach-v0 --steps 2048 --seed 3"
