@@ -45,12 +45,17 @@ def manipulation_ids() -> list[str]:
     ]
 
 
-def frobs(*arguments: object) -> dict[str, Any]:
-    """Run a command and return its results."""
+def frobs(*arguments: object, path: Path | None = None) -> dict[str, Any]:
+    """Run a command and return its results.
+
+    Args:
+        arguments: Words of the command.
+        path: Folder with further modules and distributions that the command can import.
+    """
     command = [sys.executable, "-m", "frobs_cli", *map(str, arguments), "--json"]
-    return cast(
-        "dict[str, Any]", json.loads(subprocess.run(command, check=True, text=True, stdout=subprocess.PIPE).stdout)
-    )
+    env = None if path is None else {**os.environ, "PYTHONPATH": str(path)}
+    done = subprocess.run(command, check=True, text=True, stdout=subprocess.PIPE, env=env)
+    return cast("dict[str, Any]", json.loads(done.stdout))
 
 
 def current_commit() -> str:

@@ -1,11 +1,13 @@
 """Measure how well each ID with tuned settings is learned: ``docs/explanation/tasks-measured.md``.
 
-Trains three seeds of each, evaluates them on MuJoCo and on PyBullet, and compares the worst with FRobs_RL's own logs.
-The runs stay in ``build/benchmarks/tasks``, and the results in ``tasks_measured.json`` next to this script. An
+Trains three seeds of each, or five for policies that learn a manipulation task from its expert, evaluates them on MuJoCo
+and on PyBullet, and compares the worst with FRobs_RL's own logs. If several algorithms are tuned for an ID, the table
+contains the one with the highest success, and the section of the ID also lists the others. The runs stay in ``build/benchmarks/tasks``, and the results in ``tasks_measured.json`` next to this script. An
 interrupted measurement continues where it stopped, also on another machine::
 
     python tests/benchmarks/tasks.py
     python tests/benchmarks/tasks.py --only frobs/Irb120Reach-v0 --seeds 0
+    python tests/benchmarks/tasks.py --only frobs/PandaPush-v0 --algorithm sbx_ppo
     python tests/benchmarks/tasks.py --kept
     python tests/benchmarks/tasks.py --runner ray
 
@@ -27,12 +29,13 @@ from datetime import date
 from importlib.util import find_spec
 from pathlib import Path
 from statistics import median
-from typing import Any, cast
+from typing import Any, TypeAlias, cast
 
 import yaml
-from common import ROOT, current_commit, frobs, is_shared, machine, slug
+from common import ROOT, current_commit, frobs, is_shared, machine, manipulation_ids, slug
 
 from frobs_core import plugins
+from frobs_core.contracts import GoalTask
 from frobs_core.plugins import registry
 from frobs_core.plugins.records import AlgorithmRecord
 from frobs_core.util.plain import plain
@@ -48,6 +51,10 @@ RECORD = Path(__file__).with_name("tasks_measured.json")
 LOGS = Path(__file__).with_name("frobs_rl_logs.yaml")
 TARGETS = Path(__file__).with_name("task_targets.yaml")
 SEEDS, EPISODES = (0, 1, 2), 1000
+MORE_SEEDS = (0, 1, 2, 3, 4)
+"""Seeds of ``dagger`` in manipulation tasks that are not goal-conditioned."""
+IMITATION = ("dagger", "bc", "act")
+"""Algorithms that learn from the task's scripted expert."""
 OTHER_SIMULATOR, OTHER_EPISODES = "pybullet", 250
 """The second simulator of the evaluation, and its number of episodes. It steps one environment at a time."""
 MOST_STEPS, OTHER_MOST_STEPS = 500_000, 100_000
@@ -81,21 +88,49 @@ class Case:
         """Folder of a seed."""
         return kept / f"{self.slug}-{self.algorithm}-seed{seed}"
 
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """Seeds to measure."""
+        goal = issubclass(registry.environments()[self.id][0].load(), GoalTask)
+        more = self.algorithm == "dagger" and self.id in manipulation_ids() and not goal
+        return MORE_SEEDS if more else SEEDS
 
-def cases() -> list[Case]:
-    """Return the IDs that have a robot and tuned settings, each with its algorithm.
 
-    If several algorithms are tuned for an ID, the one of ``task_targets.yaml`` is used, otherwise PPO if possible, or
-    the first by name.
+Rows: TypeAlias = Mapping[Case, Sequence[Mapping[str, Any]]]
+"""Results of :func:`measure` for each case, one per seed."""
+
+
+def tuned_cases() -> list[Case]:
+    """Return each ID that has a robot with each algorithm that is tuned for it.
+
+    The first algorithm of an ID is ``dagger`` if it is tuned for the ID, otherwise the one of ``task_targets.yaml``, PPO
+    if none is given there, or the first by name.
     """
     records, targets = cast("Mapping[str, AlgorithmRecord]", plugins.records("algorithm")), _yaml(TARGETS)
     found = []
     for id, (_, environment) in registry.environments().items():
-        tuned = [name for name, record in records.items() if id in record.tuned]
-        if tuned and environment.robot:
-            wanted = targets.get(id, {}).get("algorithm", "ppo")
-            found.append(Case(id, min(tuned, key=lambda name: (name != wanted, name))))
+        tuned = sorted(name for name, record in records.items() if id in record.tuned)
+        order = ["dagger", targets.get(id, {}).get("algorithm", "ppo"), *tuned]
+        if environment.robot:
+            found += [Case(id, name) for name in sorted(tuned, key=order.index)]
     return found
+
+
+def cases(record: Path = RECORD) -> list[Case]:
+    """Return one case per ID: its first algorithm, or if that one is recorded, the one with the highest success."""
+    tuned = tuned_cases()
+    first = {case.id: case for case in reversed(tuned)}
+    best = {case.id: case for case in best_rows({case: recorded_seeds(case, record) for case in tuned})}
+    return [best[id] if recorded_seeds(case, record) else case for id, case in reversed(first.items())]
+
+
+def best_rows(rows: Rows) -> Rows:
+    """Return the results of one case per ID: the one with the highest median success, or the first of them."""
+    best: dict[str, Case] = {}
+    for case, found in rows.items():
+        if found and (case.id not in best or _median_success(found) > _median_success(rows[best[case.id]])):
+            best[case.id] = case
+    return {case: rows[case] for case in best.values()}
 
 
 def measure(
@@ -265,11 +300,15 @@ def kept_row(case: Case, seed: int, kept: Path = KEPT) -> dict[str, Any] | None:
     return measure(case, seed, kept=kept) if (case.folder(seed, kept) / "result.json").is_file() else None
 
 
+def recorded_seeds(case: Case, record: Path = RECORD) -> list[dict[str, Any]]:
+    """Return the results of all seeds on any machine."""
+    rows = json.loads(record.read_text("utf-8")) if record.is_file() else []
+    return [row for row in rows if (row["id"], row["algorithm"]) == (case.id, case.algorithm)]
+
+
 def recorded(case: Case, seed: int, record: Path = RECORD) -> dict[str, Any] | None:
     """Return the results of a seed on any machine, or None."""
-    rows = json.loads(record.read_text("utf-8")) if record.is_file() else []
-    wanted = (case.id, case.algorithm, seed)
-    return next((row for row in rows if (row["id"], row["algorithm"], row["seed"]) == wanted), None)
+    return next((row for row in recorded_seeds(case, record) if row["seed"] == seed), None)
 
 
 def explain_drop(case: Case, kept: Path = KEPT) -> str:
@@ -288,15 +327,16 @@ def explain_drop(case: Case, kept: Path = KEPT) -> str:
     )
 
 
-def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str, str], episodes: int) -> str:
+def report(rows: Rows, drops: Mapping[str, str], episodes: int) -> str:
     """Return the page.
 
     Args:
-        rows: Results of :func:`measure`, one per seed.
+        rows: Results of :func:`measure`, one per seed, also of algorithms that are not the best for their ID.
         drops: Reason for the lower success on the other simulator, by ID.
         episodes: Number of episodes per evaluation.
     """
     targets, logs = _yaml(TARGETS), _yaml(LOGS)
+    shown = best_rows(rows)
     machines = sorted({row["machine"] for found in rows.values() for row in found})
     lines = [
         "# Benchmarks: tasks",
@@ -306,23 +346,28 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str,
         f"deterministic policy in {episodes:,} new episodes on MuJoCo and {OTHER_EPISODES} on PyBullet. Where these episodes could "
         f"have taken more than {MOST_STEPS:,} steps on MuJoCo or {OTHER_MOST_STEPS:,} on PyBullet, fewer episodes were used. The table "
         "shows the result of the worst seed with its 95 % confidence interval. The training time is that of the slowest seed on an "
-        "idle machine, if there is one, and includes writing checkpoints.",
+        "idle machine, if there is one, and includes writing checkpoints. If several algorithms were measured, the table shows the one "
+        "with the highest median success. *From a scripted expert that sees the state* means that the policy imitates the task's "
+        "script, which reads the positions of all objects from the simulation. All other policies learn from rewards, and "
+        "the settings of some let training episodes begin on the path of that expert (`reset_from`).",
         "",
-        "| ID | algorithm | seeds | steps | training | worst success | 95 % interval | median | tracking error | wanted | "
-        "on PyBullet, worst | in training, worst | FRobs_RL, in training |",
-        "|---|---|---:|---:|---:|---:|---|---:|---:|---:|---:|---:|---|",
+        "| ID | way | seeds | steps | training | worst success | 95 % interval | median | steps to success | tracking error | "
+        "wanted | on PyBullet, worst | in training, worst | FRobs_RL, in training |",
+        "|---|---|---:|---:|---:|---:|---|---:|---:|---:|---:|---:|---:|---|",
     ]
-    lines += [_summary(case, found, targets.get(case.id, {}), logs["runs"]) for case, found in rows.items()]
+    lines += [_summary(case, found, targets.get(case.id, {}), logs["runs"]) for case, found in shown.items()]
     lines += [
         "",
         f"{logs['about']} The *in training* column shows FRobs's success rate over the last 100 training episodes, with exploration, "
         "which can be compared with FRobs_RL's figures. The other columns were measured without exploration. The tracking error "
-        "is the mean distance from the tool to the goal over the second half of each episode, for the worst seed. A training run should take at most "
+        "is the mean distance from the tool to the goal over the second half of each episode, for the worst seed. The steps to success "
+        "are the control steps that successful episodes took until the task was solved and stayed solved: the mean over the "
+        "episodes, and the median over the seeds. A training run should take at most "
         f"{LONGEST // 60} minutes.",
     ]
-    if missing := sorted(case.id for case in cases() if case not in rows):
+    if missing := sorted({case.id for case in cases()} - {case.id for case in rows}):
         lines += ["", f"These IDs are tuned but not measured yet: {', '.join(f'`{id}`' for id in missing)}."]
-    for case, found in rows.items():
+    for case, found in shown.items():
         lines += ["", f"## {case.id}", ""]
         if case.id in drops:
             lines += [
@@ -330,6 +375,7 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str,
                 "",
             ]
         lines += _seeds(found)
+        lines += [_other(other, rows[other]) for other in rows if other.id == case.id and other != case]
         if (PICTURES / f"{case.slug}.png").is_file():
             picture = f"../images/tasks/{case.slug}.png"
             lines += ["", f"![Learning curves of {case.id}: success rate and reward during training]({picture})"]
@@ -355,13 +401,14 @@ def _summary(
         missed |= not errors or max(errors) > target["tracking_error"]
     cells = [
         f"[`{case.id}`](#{case.id.lower().replace('/', '')})",
-        f"`{case.algorithm}`",
+        _way(case),
         f"{len(found)}",
         f"{found[0]['steps']:,}",
         _time(slowest),
         f"{worst['success_rate']:.1%}",
         "{:.1%} to {:.1%}".format(*worst["success_interval"]),
-        f"{median(row['mujoco']['success_rate'] for row in found):.1%}",
+        f"{_median_success(found):.1%}",
+        _steps_to_success(found),
         f"{100 * max(errors):.1f} cm" if errors else "–",
         (", ".join(wanted) or "–") + (" (missed)" if missed else ""),
         f"{min(others):.1%}" if others else "–",
@@ -371,6 +418,32 @@ def _summary(
     return f"| {' | '.join(cells)} |"
 
 
+def _way(case: Case) -> str:
+    return f"`{case.algorithm}`" + (
+        ", from a scripted expert that sees the state" if case.algorithm in IMITATION else ""
+    )
+
+
+def _median_success(found: Sequence[Mapping[str, Any]]) -> float:
+    return median(row["mujoco"]["success_rate"] for row in found)
+
+
+def _steps_to_success(found: Sequence[Mapping[str, Any]]) -> str:
+    """Return the median over the seeds that measured it, which older versions did not."""
+    steps = [row["mujoco"]["steps_to_success"] for row in found if row["mujoco"].get("steps_to_success") is not None]
+    return f"{median(steps):.0f}" if steps else "–"
+
+
+def _other(case: Case, found: Sequence[Mapping[str, Any]]) -> str:
+    """Return a paragraph about an algorithm that the table does not show."""
+    rates = [row["mujoco"]["success_rate"] for row in found]
+    return (
+        f"\nAlso measured: {_way(case)}. Success: {min(rates):.1%} to {max(rates):.1%}, median {_median_success(found):.1%}. "
+        f"Seeds: {len(found)}. Steps to success: {_steps_to_success(found)}. "
+        f"Training: {found[0]['steps']:,} steps in {_time(max(found, key=lambda row: row['seconds']))}."
+    )
+
+
 def _log(log: Mapping[str, Any]) -> str:
     said = f"return {log['return']:g}" if log.get("success") is None else f"{log['success']:.0%}"
     return f"{log['algorithm']}: {said} after {log['seconds'] / 3600:.0f} h"
@@ -378,15 +451,15 @@ def _log(log: Mapping[str, Any]) -> str:
 
 def _seeds(found: Sequence[Mapping[str, Any]]) -> list[str]:
     lines = [
-        "| seed | steps | training | success | 95 % interval | reward | length | on PyBullet | commit |",
-        "|---:|---:|---:|---:|---|---:|---:|---:|---|",
+        "| seed | steps | training | success | 95 % interval | steps to success | reward | length | on PyBullet | commit |",
+        "|---:|---:|---:|---:|---|---:|---:|---:|---:|---|",
     ]
     for row in found:
         ours, other = row["mujoco"], row["pybullet"]
         low, high = ours["success_interval"]
         lines.append(
             f"| {row['seed']} | {row['steps']:,} | {_time(row)} | {ours['success_rate']:.1%} | {low:.1%} to "
-            f"{high:.1%} | {ours['mean_reward']:.2f} | {ours['mean_length']:.0f} | "
+            f"{high:.1%} | {_steps_to_success([row])} | {ours['mean_reward']:.2f} | {ours['mean_length']:.0f} | "
             f"{format(other['success_rate'], '.1%') if other else '–'} | {row['commit']} |"
         )
     return lines
@@ -415,7 +488,10 @@ def main() -> None:
     parser.add_argument(
         "--only", nargs="+", choices=sorted(known), metavar="ID", help="measure only these IDs; writes no page"
     )
-    parser.add_argument("--seeds", nargs="+", type=int, default=list(SEEDS))
+    parser.add_argument(
+        "--algorithm", metavar="NAME", help="algorithm tuned for the IDs; default: the best for each ID"
+    )
+    parser.add_argument("--seeds", nargs="+", type=int, help="default: 0 1 2, or 0 to 4 for dagger in manipulation")
     parser.add_argument("--episodes", type=int, default=EPISODES, help="episodes per evaluation")
     parser.add_argument("--fresh", action="store_true", help="discard existing runs and results")
     parser.add_argument("--kept", action="store_true", help="write the page from existing results")
@@ -426,30 +502,30 @@ def main() -> None:
     )
     add_runner_options(parser)
     given = parser.parse_args()
-    chosen = [known[id] for id in given.only or known]
+    chosen = [with_algorithm(known[id], given.algorithm) for id in given.only or known]
+    if untuned := [case.id for case in chosen if case not in tuned_cases()]:
+        parser.error(f"--algorithm: {given.algorithm} is not tuned for {', '.join(untuned)}; choose --only")
+    wanted = [(case, seed) for case in chosen for seed in given.seeds or case.seeds]
     if given.fresh:
         for case in chosen:
-            for folder in KEPT.glob(f"{case.slug}-*"):
+            for folder in (*KEPT.glob(f"{case.slug}-{case.algorithm}-*"), *KEPT.glob(f"{case.slug}-parity")):
                 shutil.rmtree(folder)
     if given.runner != LOCAL and not given.kept:
-        wanted = [
-            (case, seed)
-            for case in chosen
-            for seed in given.seeds
-            if given.fresh or (kept_row(case, seed) is None and recorded(case, seed) is None)
-        ]
-        measure_as_jobs(open_runner(given), wanted, given.episodes)
+        missing = [each for each in wanted if given.fresh or (kept_row(*each) is None and recorded(*each) is None)]
+        measure_as_jobs(open_runner(given), missing, given.episodes)
     rows: dict[Case, list[dict[str, Any]]] = {}
-    for case in chosen:
-        for seed in given.seeds:
-            row = kept_row(case, seed) or (None if given.fresh else recorded(case, seed))
-            if row is None and not given.kept:
+    for case in chosen if given.only else tuned_cases():
+        for seed in sorted({*case.seeds, *(given.seeds or ())}):
+            is_wanted = (case, seed) in wanted
+            row = kept_row(case, seed) or (None if given.fresh and is_wanted else recorded(case, seed))
+            if row is None and is_wanted and not given.kept:
                 row = measure(case, seed, given.episodes, shared=given.shared)
             if row is not None:
                 rows.setdefault(case, []).append(row)
-    drops = {case.id: explain_drop(case) for case, found in rows.items() if dropped(found)}
+    shown = best_rows(rows)
+    drops = {case.id: explain_drop(case) for case, found in shown.items() if dropped(found)}
     if not given.only:
-        for case, found in rows.items():
+        for case, found in shown.items():
             draw(case, found)
     page = report(rows, drops, given.episodes)
     if given.only:  # write no page of a part of the results
@@ -457,6 +533,11 @@ def main() -> None:
     else:
         RECORD.write_text(json.dumps([row for found in rows.values() for row in found], indent=1) + "\n", "utf-8")
         PAGE.write_text(page, "utf-8")
+
+
+def with_algorithm(case: Case, algorithm: str | None) -> Case:
+    """Return a case with another algorithm, or the same case for None."""
+    return replace(case, algorithm=algorithm or case.algorithm)
 
 
 def add_runner_options(parser: ArgumentParser) -> None:

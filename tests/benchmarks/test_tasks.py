@@ -10,14 +10,17 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import pretrained
 import tasks
+from common import manipulation_ids
 
 from frobs_core import plugins
 from frobs_core.plugins import registry
+from frobs_core.plugins.registry import pretrained_ids, pretrained_path
 from frobs_deploy import read_bundle
 from frobs_train import resolve_config
 from frobs_train.runners.runner import load_runner
 
 REACH = tasks.Case("frobs/Irb120Reach-v0", "ppo")
+PUSH = "frobs/PandaPush-v0"
 
 
 def row(seed: int, success: float, **more: object) -> dict[str, object]:
@@ -64,10 +67,65 @@ def test_the_page_shows_the_worst_seed_beside_the_original() -> None:
     rows = {REACH: [row(0, 0.99), row(1, 0.97), row(2, 1.0)]}
     page = tasks.report(rows, {}, 1000)
     [line] = [line for line in page.splitlines() if line.startswith("| [`frobs/Irb120Reach-v0`]")]
-    assert "| `ppo` | 3 | 4,096 | 32 s | 97.0% | 96.0% to 98.0% | 99.0% | – | ≥ 98% (missed) | 91.0% | 87% |" in line
+    assert (
+        "| `ppo` | 3 | 4,096 | 32 s | 97.0% | 96.0% to 98.0% | 99.0% | – | – | ≥ 98% (missed) | 91.0% | 87% |" in line
+    )
     assert line.endswith("| TD3: 82% after 41 h |")
     assert "not measured yet: `frobs/Irb120ReachDynamic-v0`" in page
-    assert "| 1 | 4,096 | 31 s | 97.0% | 96.0% to 98.0% | 3.50 | 50 | 91.0% | abc1234 |" in page
+    assert "| 1 | 4,096 | 31 s | 97.0% | 96.0% to 98.0% | – | 3.50 | 50 | 91.0% | abc1234 |" in page
+
+
+def test_the_page_shows_the_steps_to_success_of_the_seeds_that_measured_them() -> None:
+    rows = [
+        row(0, 0.99, steps_to_success=21.4),
+        row(1, 0.97, steps_to_success=None),
+        row(2, 0.98, steps_to_success=30.0),
+    ]
+    page = tasks.report({REACH: [*rows, row(3, 0.99)]}, {}, 1000)
+    assert "| 98.5% | 26 | – | ≥ 98% (missed) |" in page
+    assert "| 0 | 4,096 | 30 s | 99.0% | 98.0% to 100.0% | 21 | 3.50 |" in page
+
+
+def test_the_table_has_the_algorithm_with_the_highest_success_and_says_how_it_learned() -> None:
+    imitated, rewarded = tasks.Case(PUSH, "dagger"), tasks.Case(PUSH, "sbx_ppo")
+    rows = {imitated: [row(0, 0.99), row(1, 0.98)], rewarded: [row(0, 0.97, steps_to_success=60.2), row(1, 0.96)]}
+    page = tasks.report(rows, {}, 1000)
+    [line] = [line for line in page.splitlines() if line.startswith(f"| [`{PUSH}`]")]
+    assert "| `dagger`, from a scripted expert that sees the state | 2 |" in line
+    assert (
+        "\n\nAlso measured: `sbx_ppo`. Success: 96.0% to 97.0%, median 96.5%. Seeds: 2. Steps to success: 60. " in page
+    )
+    assert page.count(f"\n## {PUSH}") == 1
+    assert list(tasks.best_rows({**rows, rewarded: [row(0, 0.999)]})) == [rewarded]
+    assert list(tasks.best_rows({imitated: [], rewarded: [row(0, 0.1)]})) == [rewarded]
+
+
+def test_the_first_algorithm_is_measured_before_the_best_one_is_chosen(tmp_path: Path) -> None:
+    first, second = [case for case in tasks.tuned_cases() if case.id == REACH.id][:2]
+    assert first == REACH
+    record = tmp_path / "record.json"
+
+    def chosen(*rows: dict[str, object]) -> tasks.Case:
+        record.write_text(json.dumps(rows), "utf-8")
+        return next(case for case in tasks.cases(record) if case.id == REACH.id)
+
+    other = {**row(0, 0.99), "algorithm": second.algorithm}
+    assert chosen(other) == first
+    assert chosen(other, row(0, 0.98)) == second
+    assert chosen(other, row(0, 0.99)) == first
+
+
+def test_imitated_manipulation_takes_five_seeds() -> None:
+    seeds = {(id, name): len(tasks.Case(id, name).seeds) for id in (PUSH, REACH.id) for name in ("dagger", "ppo")}
+    assert seeds == {(PUSH, "dagger"): 5, (PUSH, "ppo"): 3, (REACH.id, "dagger"): 3, (REACH.id, "ppo"): 3}
+    assert len(tasks.Case("frobs/PandaPushGoal-v0", "dagger").seeds) == 3
+
+
+def test_every_manipulation_id_can_have_a_bundle() -> None:
+    paths = {id: pretrained.bundle_path(id) for id in manipulation_ids()}
+    assert paths["frobs/Ur5PegInsertionTight-v0"].name == "ur5peginsertiontight.frobs"
+    assert len({path.parent for path in paths.values()}) == 1
+    assert all(pretrained_path(id) == paths[id] for id in pretrained_ids() if id in paths)
 
 
 def test_the_page_says_why_less_is_left_on_the_other_simulator() -> None:
@@ -81,7 +139,7 @@ def test_a_time_on_a_shared_machine_misses_no_target() -> None:
     slow = {**row(0, 0.99), "seconds": 3600.0}
     for shared, time, wanted in ((True, "60.0 min (shared machine)", "≥ 98%"), (False, "60.0 min", "≥ 98% (missed)")):
         page = tasks.report({REACH: [{**slow, "shared": shared}]}, {}, 1000)
-        assert f"| {time} | 99.0% | 98.0% to 100.0% | 99.0% | – | {wanted} |" in page
+        assert f"| {time} | 99.0% | 98.0% to 100.0% | 99.0% | – | – | {wanted} |" in page
 
 
 def test_a_tracking_error_is_held_against_its_target() -> None:
@@ -101,7 +159,7 @@ def test_what_was_measured_on_another_machine_is_known(tmp_path: Path) -> None:
 
 def test_the_record_that_comes_with_the_source_is_of_what_is_tuned() -> None:
     rows = json.loads(tasks.RECORD.read_text("utf-8"))
-    known = {(case.id, case.algorithm) for case in tasks.cases()}
+    known = {(case.id, case.algorithm) for case in tasks.tuned_cases()}
     assert {(row["id"], row["algorithm"]) for row in rows} <= known
     for found in rows:
         steps = resolve_config(found["id"], flags={"algorithm": found["algorithm"]}).steps
@@ -115,6 +173,7 @@ def test_a_finished_seed_is_not_trained_again_and_becomes_a_bundle(
     monkeypatch.setattr(tasks, "PICTURES", tmp_path / "pictures")
     first = tasks.measure(REACH, 3, episodes=4, steps=2048, kept=tmp_path)
     assert first["mujoco"]["episodes"] == 4
+    assert "steps_to_success" in first["mujoco"]
     bundle = read_bundle(pretrained.make(REACH, 3, episodes=4, steps=2048, kept=tmp_path))
     training = bundle.manifest["training"]
     assert training["command"] == "frobs train frobs/Irb120Reach-v0 --steps 2048 --seed 3"

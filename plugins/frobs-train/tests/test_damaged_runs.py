@@ -241,6 +241,8 @@ def test_a_damaged_evaluation_is_reported_once_and_the_others_are_used(
         ("mean_reward", None),
         ("success_rate", 1.5),
         ("success_interval", [0.1]),
+        ("steps_to_success", -1.0),
+        ("steps_to_success", "10"),
         ("success_by_octant", {"+x": 1}),
         ("success_by_octant", []),
         ("randomize", [1]),

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from frobs_core.util.errors import CheckpointError, ConfigurationError, RunError
-from frobs_train import Run, evaluate, resolve_config
+from frobs_train import Run, evaluate, open_policy, resolve_config
+from frobs_train.cli.evaluate import summary
 from frobs_train.environments import make_vector_env
 from frobs_train.evaluation.evaluate import usual_num_envs, wilson_interval
 from frobs_train.evaluation.playing import EpisodeCounter as _Counter
@@ -25,7 +26,9 @@ def test_an_evaluation_is_written_and_repeats(copied: Run) -> None:
     assert first.success_rate > 0.8
     (path,) = (copied.path / "evaluations").iterdir()
     found = json.loads(path.read_text())
-    assert {"success_rate", "success_interval", "mean_reward", "mean_length", "episodes"} <= set(found)
+    assert {"success_rate", "success_interval", "mean_reward", "mean_length", "steps_to_success", "episodes"} <= set(
+        found
+    )
     assert copied.evaluations() == [found]
 
 
@@ -56,6 +59,44 @@ def test_short_episodes_do_not_count_more() -> None:
     assert counter.complete
     assert counter.lengths == [1, 1, 9, 9]
     assert counter.successes == [0.0, 0.0, 1.0, 1.0]
+
+
+def test_steps_to_success_count_until_success_stays() -> None:
+    counter = _Counter(num_envs=3, episodes=4)  # two episodes of the first environment
+    held = np.array([[0, 1, 0, 1], [0, 0, 1, 1], [1, 1, 1, 0]], float)  # (num_envs, steps) of the first episodes
+
+    def finish(*env_ids: int, successes: list[float]) -> None:
+        n = len(env_ids)
+        counter.add(FinishedEpisodes(np.array(env_ids), np.zeros(n), np.full(n, 4), np.array(successes), {}))
+
+    for step in range(3):
+        counter.after_step({"is_success": held[:, step]})
+    finish(0, 1, 2, successes=[1.0, 1.0, 0.0])
+    counter.after_step({"is_success": held[:, 3]})
+    assert counter.steps_to_success == [4, 3]
+    counter.after_step({"is_success": np.ones(3)})
+    finish(0, 1, successes=[1.0, 1.0])  # the episode of the second environment does not count
+    counter.after_step({})
+    assert counter.steps_to_success == [4, 3, 1]
+
+
+def test_success_reported_only_at_the_end_takes_the_whole_episode() -> None:
+    counter = _Counter(num_envs=1, episodes=1)
+    for _ in range(9):
+        counter.after_step({})
+    counter.add(FinishedEpisodes(np.array([0]), np.zeros(1), np.array([10]), np.ones(1), {}))
+    assert counter.steps_to_success == [10]
+
+
+def test_an_expert_succeeds_within_its_episodes() -> None:
+    found = evaluate(open_policy("frobs/PandaLift-v0", "expert"), 4)
+    assert found.success_rate == 1.0
+    assert found.steps_to_success is not None
+    assert 5.0 < found.steps_to_success < found.mean_length - 5.0
+    assert summary(found)["steps_to_success"] == f"{found.steps_to_success:.2f} on average in successful episodes"
+    failed = evaluate(open_policy("frobs/PandaLift-v0", "random"), 4)
+    assert failed.steps_to_success is None
+    assert "steps_to_success" not in summary(failed)
 
 
 def test_a_damaged_checkpoint_is_passed_over_aloud(copied: Run, caplog: pytest.LogCaptureFixture) -> None:

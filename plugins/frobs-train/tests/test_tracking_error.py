@@ -22,27 +22,27 @@ def test_the_first_half_of_an_episode_does_not_count() -> None:
     counter = EpisodeCounter(2, 2, errors=(lambda: errors.copy(), 4))
     for now in ([9.0, 9.0], [9.0, 9.0], [1.0, 3.0]):
         errors[:] = now
-        counter.after_step()
+        counter.after_step({})
     errors[:] = 9.0  # of the episodes that begin
     finish(counter, 0, 1)
-    counter.after_step()
+    counter.after_step({})
     assert counter.tracking_error == 2.0
 
 
 def test_episodes_beyond_those_that_are_wanted_do_not_count() -> None:
     errors = np.array([1.0, 5.0])
     counter = EpisodeCounter(2, 3, errors=(lambda: errors.copy(), 2))  # two of the first environment, one of the second
-    counter.after_step()
+    counter.after_step({})
     finish(counter, 0, 1)
-    counter.after_step()
-    counter.after_step()
-    counter.after_step()
+    counter.after_step({})
+    counter.after_step({})
+    counter.after_step({})
     assert counter.tracking_error == 1.0
 
 
 def test_without_errors_there_is_none() -> None:
     counter = EpisodeCounter(1, 1)
-    counter.after_step()
+    counter.after_step({})
     assert counter.tracking_error is None
 
 

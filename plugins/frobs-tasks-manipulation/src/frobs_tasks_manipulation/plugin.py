@@ -26,6 +26,10 @@ _GOAL_MAX_DELTA = 0.05
 """Step size [m] as in panda-gym, which is large enough to grasp a cube and carry it to a goal in 50 steps."""
 
 
+def _pretrained(name: str) -> str:
+    return f"frobs_tasks_manipulation:pretrained/{name.lower()}.frobs" if name in _PRETRAINED else ""
+
+
 def _task(
     name: str, title: str, entry_point: str, summary: str, steps: int, **arm_controller: float | bool
 ) -> TaskRecord:
@@ -51,9 +55,7 @@ def _task(
                 robot=robot,
                 controller="tcp_delta_pose",
                 max_episode_steps=steps,
-                pretrained=f"frobs_tasks_manipulation:pretrained/{arm}{title}.frobs".lower()
-                if f"{arm}{title}" in _PRETRAINED
-                else "",
+                pretrained=_pretrained(f"{arm}{title}"),
                 parameters={
                     "controller_kwargs": {
                         "max_delta": 0.02,
@@ -75,12 +77,12 @@ def _with_tight_hole(task: TaskRecord) -> TaskRecord:
     tight = tuple(
         replace(
             each,
-            id=each.id.replace("-v0", "Tight-v0"),
+            id=f"frobs/{arm}PegInsertionTight-v0",
             summary=f"{each.summary} that is 0.5 mm wider",
-            pretrained="",
+            pretrained=_pretrained(f"{arm}PegInsertionTight"),
             parameters={**each.parameters, "clearance": 0.0005},
         )
-        for each in task.environments
+        for arm, each in zip(_ARMS, task.environments, strict=True)
     )
     return replace(task, environments=(*task.environments, *tight))
 

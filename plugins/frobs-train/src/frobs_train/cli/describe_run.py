@@ -99,12 +99,14 @@ def _threads(path: Path) -> str | None:
 def _evaluation(found: Mapping[str, Any]) -> dict[str, Any]:
     interval = found.get("success_interval")
     octants = found.get("success_by_octant") or {}
+    steps_to_success = found.get("steps_to_success")
     worst = min((octant["success_rate"] for octant in octants.values()), default=None)
     return {
         "after": f"{found['steps']:,} steps",
         "episodes": f"{found['episodes']:,}",
         "success": percent(found.get("success_rate")),
         "95 % interval": f"{percent(interval[0])} to {percent(interval[1])}" if interval else None,
+        "steps to success": None if steps_to_success is None else number(steps_to_success),
         "worst octant": percent(worst) if worst is not None else None,
         "reward": number(found["mean_reward"]),
         "simulator": found.get("simulator"),

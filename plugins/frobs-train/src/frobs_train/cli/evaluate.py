@@ -130,6 +130,8 @@ def summary(found: Evaluation) -> dict[str, object]:
     if found.success_rate is not None and found.success_interval is not None:
         low, high = found.success_interval
         facts["success"] = f"{percent(found.success_rate)}  (95 % interval: {percent(low)} to {percent(high)})"
+    if found.steps_to_success is not None:
+        facts["steps_to_success"] = f"{number(found.steps_to_success)} on average in successful episodes"
     if found.success_by_octant:
         name, worst = min(found.success_by_octant.items(), key=lambda item: item[1].success_rate)
         facts["worst_octant"] = f"{percent(worst.success_rate)}  ({name}: {worst.episodes:,} episodes)"

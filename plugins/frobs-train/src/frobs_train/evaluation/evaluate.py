@@ -39,6 +39,9 @@ class Evaluation:
         success_interval: Wilson 95 % confidence interval of the success rate.
         mean_reward: Mean undiscounted return per episode.
         mean_length: Mean episode length [control steps].
+        steps_to_success: Mean over the successful episodes of the number of control steps after which the environment
+            reported success and then reported it at every step until the episode ended. None if no episode was
+            successful.
         tracking_error: Mean tracking error [m] in the second half of each episode, after the robot has had time to
             approach the target. None if the task has no tracking error.
         episodes: Number of episodes.
@@ -56,6 +59,7 @@ class Evaluation:
     success_interval: tuple[float, float] | None
     mean_reward: float
     mean_length: float
+    steps_to_success: float | None = None
     tracking_error: float | None = None
     episodes: int
     success_by_octant: Mapping[str, OctantResult] | None
@@ -137,6 +141,7 @@ def evaluate(
         success_interval=wilson_interval(int(sum(successes)), len(successes)) if successes else None,
         mean_reward=float(np.mean(counter.rewards)),
         mean_length=float(np.mean(counter.lengths)),
+        steps_to_success=float(np.mean(counter.steps_to_success)) if counter.steps_to_success else None,
         tracking_error=counter.tracking_error,
         episodes=len(counter.rewards),
         success_by_octant=counter.by_octant(),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -48,9 +48,9 @@ def play_episodes(
     counter.begin()
     episode_start = np.ones(env.num_envs, bool)
     while not counter.complete:
-        observation, _, terminated, truncated, _ = recorder.step(policy.act(observation, episode_start))
+        observation, _, terminated, truncated, info = recorder.step(policy.act(observation, episode_start))
         episode_start = terminated | truncated
-        counter.after_step()
+        counter.after_step(info)
         if on_progress is not None:
             on_progress(len(counter.rewards))
     return counter
@@ -64,6 +64,13 @@ class EpisodeCounter:
         episodes: Total number of episodes.
         goals: Result of :func:`goal_reader`.
         errors: Result of :func:`error_reader`.
+
+    Attributes:
+        rewards: Undiscounted return of each episode.
+        lengths: Length of each episode [control steps].
+        successes: 1.0 or 0.0 for each episode, or empty if the environment does not report success.
+        steps_to_success: For each successful episode, the number of control steps after which the environment reported
+            success and then reported it at every step until the episode ended.
     """
 
     def __init__(
@@ -77,6 +84,7 @@ class EpisodeCounter:
         self._left[: episodes % num_envs] += 1
         self._goals, self._errors = goals, errors
         self._steps = np.zeros(num_envs, np.int64)  # steps since the start of the episode
+        self._last_failure = np.zeros(num_envs, np.int64)  # last step of the running episode without success
         self._error_sum, self._error_count = 0.0, 0
         self._begun: Floats = np.empty((num_envs, 3))  # goals at the start of the episodes [m]
         self._ended: list[Floats] = []
@@ -84,6 +92,7 @@ class EpisodeCounter:
         self.rewards: list[float] = []
         self.lengths: list[int] = []
         self.successes: list[float] = []
+        self.steps_to_success: list[int] = []
 
     @property
     def complete(self) -> bool:
@@ -103,15 +112,23 @@ class EpisodeCounter:
         self.lengths += finished.lengths[counted].tolist()
         if finished.successes is not None:
             self.successes += finished.successes[counted].tolist()
+            succeeded = finished.env_ids[counted & (finished.successes > 0.0)]
+            self.steps_to_success += (self._last_failure[succeeded] + 1).tolist()
         self._ended.append(self._begun[finished.env_ids[counted]])
         self._finished = finished
 
-    def after_step(self) -> None:
-        """Store the goals of the episodes that began at this step, and accumulate the tracking errors."""
+    def after_step(self, info: Mapping[str, Any]) -> None:
+        """Read the goals of the episodes that began at this step, and the tracking errors and successes of the others.
+
+        Args:
+            info: Info of the vector environment's step.
+        """
+        self._steps += 1
+        if self._finished is not None:
+            self._steps[self._finished.env_ids] = 0
+        fails = ~np.asarray(info.get("is_success", np.zeros(len(self._steps))), bool)
+        np.copyto(self._last_failure, self._steps, where=fails | (self._steps == 0))
         if self._errors is not None:
-            self._steps += 1
-            if self._finished is not None:
-                self._steps[self._finished.env_ids] = 0
             late = (self._steps > self._errors[1] // 2) & (self._left > 0)
             if late.any():
                 self._error_sum += float(self._errors[0]()[late].sum())

@@ -97,6 +97,7 @@ class ServiceLogger(TrainingCallback):
         self._open(run, read_state(run, self.name))
         values = {"success_rate": found.success_rate, "mean_reward": found.mean_reward}
         values |= {"mean_length": found.mean_length, "tracking_error": found.tracking_error}
+        values |= {"steps_to_success": found.steps_to_success}
         finals = {f"final/{key}": value for key, value in values.items() if value is not None}
         try:
             self._log_finals(found.steps, {**finals, "final/episodes": found.episodes})

@@ -30,6 +30,7 @@ class _EvaluationFile(BaseModel):
     mean_reward: FiniteFloat
     success_rate: _Share | None = None
     success_interval: Annotated[list[_Share], Field(min_length=2, max_length=2)] | None = None
+    steps_to_success: Annotated[FiniteFloat, Field(ge=0.0)] | None = None
     success_by_octant: dict[str, _Octant] | None = None
     simulator: str | None = None
     randomize: dict[str, Any] | None = None
