@@ -1,0 +1,193 @@
+"""Demonstrations: transitions from a data set, or from episodes that a policy plays."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+
+from frobs_algos_sb3.vec_env import VectorEnvAdapter
+from frobs_core import load_policy
+from frobs_core.contracts import Policy
+from frobs_core.description import Observation
+from frobs_core.kernel.policies import is_path
+from frobs_core.util.arrays import Mask
+from frobs_core.util.errors import ConfigurationError, MissingDependencyError, NonFiniteValueError
+
+Array = np.ndarray[Any, Any]
+
+_log = logging.getLogger("frobs")
+_ADAPTING = ("NormalizeObservation", "NormalizeReward")
+"""Wrappers whose statistics would differ between the training environments and those in which a policy plays."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Demonstrations:
+    """Transitions of n steps. The steps of an episode follow one another.
+
+    Attributes:
+        observation: Observations before the actions, as an array (n, …) or a dictionary of such arrays.
+        action: Actions as the environment received them, (n, …).
+        reward: Rewards of the environment, (n,).
+        next_observation: Observations after the actions, in the form of ``observation``.
+        terminated: Whether the episode ended in a terminal state, (n,) bool.
+        episode_start: Whether a step is the first step of its episode, (n,) bool.
+    """
+
+    observation: Observation
+    action: Array
+    reward: Array
+    next_observation: Observation
+    terminated: Mask
+    episode_start: Mask
+
+    @property
+    def episode_end(self) -> Mask:
+        """Whether a step is the last step of its episode, (n,) bool."""
+        return np.append(self.episode_start[1:], True)
+
+
+def load(source: str, env: gym.vector.VectorEnv[Any, Any, Any], episodes: int, seed: int) -> Demonstrations:
+    """Read the first episodes of a data set, or play episodes with a policy.
+
+    Args:
+        source: Folder of a data set, or name or path of a policy.
+        env: The environments of the training run.
+        episodes: Maximum number of episodes of a data set, or number of episodes that the policy plays.
+        seed: Seed of the episodes that the policy plays.
+
+    Raises:
+        ConfigurationError: The source does not exist or contains no steps, or the environments cannot be recreated.
+        NonFiniteValueError: A number in the data set is not finite.
+        FrobsError: The data set cannot be read, or the policy cannot act in the environment.
+    """
+    path = Path(source)
+    if is_path(source) and not path.exists():
+        raise ConfigurationError(f"demonstrations: {source} does not exist; write a data set's folder or a policy.")
+    if is_path(source) and path.is_dir() and not (path / "config.yaml").is_file():  # a run folder contains a policy
+        found = _read(path, env, episodes)
+    else:
+        found = collect(env, source, episodes, seed)
+    for field in fields(found):
+        value = getattr(found, field.name)
+        for array in value.values() if isinstance(value, dict) else [value]:
+            if not np.isfinite(array).all():
+                raise NonFiniteValueError(
+                    f"demonstrations: {source}", f"contains a {field.name} that is not finite", "record it again"
+                )
+    return found
+
+
+def collect(env: gym.vector.VectorEnv[Any, Any, Any], policy_name: str, episodes: int, seed: int) -> Demonstrations:
+    """Play episodes with a policy, in new environments that equal those of the training run.
+
+    Args:
+        env: The environments of the training run. Their state and random numbers do not change.
+        policy_name: Name or path of the policy.
+        episodes: Number of episodes.
+        seed: Seed of the episodes.
+
+    Raises:
+        ConfigurationError: The environments cannot be recreated.
+        FrobsError: The policy does not exist or cannot act in the environment.
+    """
+    recipe = getattr(env, "recipe", None)
+    if recipe is None:
+        raise ConfigurationError(f"policy '{policy_name}' can play only in a training run; use frobs_train.train.")
+    for component in recipe.wrappers:
+        if component.name.rpartition(":")[2] in _ADAPTING:
+            raise ConfigurationError(
+                f"policy '{policy_name}' cannot play with the wrapper {component.name}, whose statistics would differ from "
+                "those of the training run; use algorithm_config.normalize_observation and normalize_reward instead."
+            )
+    # With staggered starts, the first episodes would be cut off.
+    recipe = replace(recipe, kwargs={key: value for key, value in recipe.kwargs.items() if key != "stagger"})
+    _log.info("Playing %s episodes with policy '%s'.", episodes, policy_name)
+    venv = VectorEnvAdapter(recipe.make(min(episodes, env.num_envs), recipe.kwargs.get("num_threads") or 1))
+    try:
+        policy = load_policy(policy_name, venv.env)
+        try:
+            return _play(venv, policy, episodes, seed)
+        finally:
+            policy.close()
+    finally:
+        venv.close()
+
+
+def _play(venv: VectorEnvAdapter, policy: Policy, episodes: int, seed: int) -> Demonstrations:
+    num_envs, space = venv.num_envs, venv.action_space
+    # A fixed number of episodes per environment, because the first episodes to end are shorter than the average.
+    left = episodes // num_envs + (np.arange(num_envs) < episodes % num_envs)
+    steps: list[tuple[Any, ...]] = []
+    venv.seed(seed)
+    observation: Any = venv.reset()
+    start = np.ones(num_envs, bool)
+    while left.any():
+        action = policy.act(observation, start)
+        if isinstance(space, spaces.Box):
+            action = np.clip(action, space.low, space.high)
+        following, reward, done, infos = venv.step(action)
+        final = apply(np.array, following)
+        for row in np.flatnonzero(done).tolist():
+            apply(partial(_put, row), final, infos[row]["terminal_observation"])
+        truncated = np.array([info.get("TimeLimit.truncated", False) for info in infos])
+        copies = apply(np.array, observation), np.array(action), reward, final, done & ~truncated, start
+        steps.append((*copies, left > 0))
+        left -= done & (left > 0)
+        observation, start = following, done
+    *columns, played = (apply(_by_environment, *column) for column in zip(*steps, strict=True))
+    names = [field.name for field in fields(Demonstrations)]
+    return Demonstrations(**{name: take(column, played) for name, column in zip(names, columns, strict=True)})
+
+
+def _read(folder: Path, env: gym.vector.VectorEnv[Any, Any, Any], episodes: int) -> Demonstrations:
+    try:
+        frobs_data: Any = import_module("frobs_data")
+    except ImportError as error:
+        raise MissingDependencyError("reading a data set", ["frobs-data"], "pip install frobs-data") from error
+    arrays = frobs_data.training_arrays(folder, env)
+    start, terminated = arrays["episode_start"], arrays["terminated"]
+    end = np.append(start[1:], True)
+    # A data set does not contain the observation after the last step, which only a terminal state makes unnecessary.
+    rows = np.flatnonzero((np.cumsum(start) <= episodes) & (terminated | ~end))
+    if not len(rows):
+        raise ConfigurationError(f"demonstrations: {folder} contains no steps; record episodes of several steps.")
+    return Demonstrations(
+        next_observation=take(arrays["observation"], rows + ~end[rows]),
+        **{
+            name: take(arrays[name], rows)
+            for name in ("observation", "action", "reward", "terminated", "episode_start")
+        },
+    )
+
+
+def take(observation: Any, rows: Array) -> Any:
+    """Return rows of an array, or of each array of a dictionary."""
+    return apply(lambda part: part[rows], observation)
+
+
+def apply(function: Callable[..., Array], *observations: Any) -> Any:
+    """Call a function with arrays, or for each key with the arrays of several dictionaries."""
+    first = observations[0]
+    if isinstance(first, dict):
+        return {key: function(*(each[key] for each in observations)) for key in first}
+    return function(*observations)
+
+
+def _put(row: int, array: Array, value: Array) -> Array:
+    array[row] = value
+    return array
+
+
+def _by_environment(*steps: Array) -> Array:
+    """Join arrays (num_envs, …), one per step, so that the steps of an environment follow one another."""
+    joined = np.stack(steps, axis=1)
+    return joined.reshape(-1, *joined.shape[2:])
