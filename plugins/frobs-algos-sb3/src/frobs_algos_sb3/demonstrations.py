@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import partial
@@ -24,7 +23,6 @@ from frobs_core.util.errors import ConfigurationError, MissingDependencyError, N
 
 Array = np.ndarray[Any, Any]
 
-_log = logging.getLogger("frobs")
 _ADAPTING = ("NormalizeObservation", "NormalizeReward")
 """Wrappers whose statistics would differ between the training environments and those in which a policy plays."""
 
@@ -110,7 +108,6 @@ def collect(env: gym.vector.VectorEnv[Any, Any, Any], policy_name: str, episodes
             )
     # With staggered starts, the first episodes would be cut off.
     recipe = replace(recipe, kwargs={key: value for key, value in recipe.kwargs.items() if key != "stagger"})
-    _log.info("Playing %s episodes with policy '%s'.", episodes, policy_name)
     venv = VectorEnvAdapter(recipe.make(min(episodes, env.num_envs), recipe.kwargs.get("num_threads") or 1))
     try:
         policy = load_policy(policy_name, venv.env)

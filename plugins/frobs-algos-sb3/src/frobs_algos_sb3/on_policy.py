@@ -28,7 +28,7 @@ _BATCH_SIZE = 256
 
 @dataclass(frozen=True, kw_only=True)
 class Targets:
-    """What the networks shall predict for n steps of an initial policy.
+    """Targets of the networks for n steps of an initial policy.
 
     Attributes:
         observation: Inputs of the networks, as an array (n, k) or a dictionary of arrays.
