@@ -65,7 +65,13 @@ def shown(space: Spaces, n: int = 40, episode: int = 10) -> Demonstrations:
     start = np.arange(n) % episode == 0
     zeros = np.zeros(n, np.float32)
     return Demonstrations(
-        observation=observation, action=action, reward=zeros, terminated=zeros > 0, episode_start=start
+        observation=observation,
+        action=action,
+        reward=zeros,
+        next_observation=observation,
+        terminated=zeros > 0,
+        episode_start=start,
+        complete=zeros > 0,
     )
 
 

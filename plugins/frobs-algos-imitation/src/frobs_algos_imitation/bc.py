@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from frobs_algos.demonstrations import load_demonstrations
+import torch as th
+
+from frobs_algos import demonstrations
 from frobs_algos_imitation.algorithm import ImitationAlgorithm
 from frobs_algos_imitation.config import CloningConfig, ImitationConfig
 from frobs_algos_imitation.samples import Samples, in_order
@@ -44,7 +46,8 @@ class BC(ImitationAlgorithm):
 
     def _load_samples(self) -> None:
         config, env = self._config, self._training_env()
-        shown = load_demonstrations(config.demonstrations, env, config.demonstration_episodes, self._seed)
+        shown = demonstrations.load(config.demonstrations, env, config.demonstration_episodes, self._seed)
+        th.set_num_threads(config.torch_threads)  # opening a trained policy may change it
         observation: Any = in_order(shown.observation, self.observation_space)
         action = shown.action if config.history > 1 else None
         self.samples = Samples.of(observation, action, shown.action, shown.episode_start)

@@ -64,7 +64,7 @@ class Dagger(ImitationAlgorithm):
         state: tuple[np.ndarray[Any, Any], ...] | None = None
         steps: list[tuple[Any, ...]] = []
         while not ended.all():
-            label = clipped(expert.act(seen, start), space)  # type: ignore[arg-type]
+            label = clipped(expert.act(seen, start), space)
             action = label
             if not expert_acts:
                 action, state = self.predict(seen, state, start)

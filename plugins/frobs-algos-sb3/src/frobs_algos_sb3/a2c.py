@@ -8,8 +8,8 @@ import stable_baselines3 as sb3
 from pydantic import PositiveFloat, PositiveInt
 
 from frobs_algos.settings import Fraction, Schedule
-from frobs_algos_sb3.algorithm import SB3Algorithm
 from frobs_algos_sb3.config import OnPolicyConfig, SB3Config
+from frobs_algos_sb3.on_policy import OnPolicy
 
 
 class A2CConfig(OnPolicyConfig):
@@ -28,7 +28,7 @@ class A2CConfig(OnPolicyConfig):
     rms_prop_eps: PositiveFloat = 1e-5
 
 
-class A2C(SB3Algorithm):
+class A2C(OnPolicy):
     """Synchronous advantage actor-critic (Mnih et al. 2016)."""
 
     name: ClassVar[str] = "a2c"

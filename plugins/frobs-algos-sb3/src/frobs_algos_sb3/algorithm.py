@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -19,6 +20,7 @@ from stable_baselines3.common.utils import set_random_seed
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from frobs_algos import storage
+from frobs_algos.demonstrations import Demonstrations
 from frobs_algos.spaces import space_from_json, space_to_json, suggested_scale
 from frobs_algos_sb3 import replay, state
 from frobs_algos_sb3.callback import MonitorCallback, Stopped
@@ -44,7 +46,7 @@ if TYPE_CHECKING:
 
 _FIXED = (
     *("policy_kwargs", "scale_observation", "normalize_observation", "normalize_reward", "use_sde"),
-    *("buffer_size", "replay_buffer", "optimize_memory_usage", "n_steps"),
+    *("buffer_size", "replay_buffer", "optimize_memory_usage", "n_steps", "demonstrations", "demonstration_episodes"),
 )
 """Settings that cannot change during training, because networks, optimizers or buffers depend on them."""
 
@@ -304,7 +306,34 @@ class SB3Algorithm(Algorithm):
 
     def _seen(self, observation: Observation) -> Observation:
         """Convert the environment's observations to the observations that the policy receives."""
-        return observation if self.normalizer is None else self.normalizer.normalize_obs(observation)
+        adapted = self._adapted(observation)
+        return adapted if self.normalizer is None else self.normalizer.normalize_obs(adapted)
+
+    def _adapted(self, observation: Observation) -> Observation:
+        """Convert the environment's observations as the environment of :meth:`_adapt` does, before normalization."""
+        return observation
+
+    def _demonstrate(
+        self, source: Callable[[gym.vector.VectorEnv[Any, Any, Any], int], Demonstrations]
+    ) -> Demonstrations:
+        """Call a function of the environment and a seed, and return its demonstrations with adapted observations."""
+        space = self.observation_space
+        if any(map(is_image_space, space.spaces.values() if isinstance(space, spaces.Dict) else [space])):
+            raise IncompatibleSpaceError(
+                f"algorithm '{self.name}'",
+                space,
+                "cannot learn from demonstrations with images; remove the cameras from the observations, or the settings "
+                "demonstrations and initial_policy.",
+            )
+        generators = state.generators()
+        try:
+            found = source(self.venv.env, self._seed)
+        finally:
+            # Opening a trained policy seeds the generators and sets the number of threads.
+            state.restore_generators(generators)
+            self._set_threads(self._config)
+        observation, following = self._adapted(found.observation), self._adapted(found.next_observation)
+        return replace(found, observation=observation, next_observation=following)
 
     def _draws(self) -> state.Arrays:
         """Return the state of all random number generators of the training run."""

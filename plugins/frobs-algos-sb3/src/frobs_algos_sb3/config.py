@@ -49,6 +49,7 @@ class SB3Config(Settings):
 
 
 _OURS = (
+    *("demonstrations", "demonstration_episodes", "initial_policy", "initial_episodes", "initial_updates"),
     "scale_observation",
     "normalize_observation",
     "normalize_reward",
@@ -72,6 +73,10 @@ class OnPolicyConfig(SB3Config):
         sde_sample_freq: Number of steps after which gSDE draws a new noise matrix, or −1 to draw one only at the start
             of an iteration.
         policy_kwargs: Settings of the networks.
+        initial_policy: Name or path of a policy, such as ``expert``, that the networks imitate before training starts,
+            or None. ``policy_kwargs.log_std_init`` sets the exploration around its actions.
+        initial_episodes: Number of episodes that the initial policy plays.
+        initial_updates: Number of gradient steps of the imitation.
     """
 
     n_steps: PositiveInt = 2048
@@ -83,6 +88,9 @@ class OnPolicyConfig(SB3Config):
     use_sde: bool = False
     sde_sample_freq: SampleFrequency = -1
     policy_kwargs: ActorCriticConfig = ActorCriticConfig()
+    initial_policy: str | None = None
+    initial_episodes: PositiveInt = 100
+    initial_updates: PositiveInt = 2000
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
+import gymnasium as gym
 from gymnasium import spaces
 from pydantic import Field, NonNegativeInt, PositiveInt, model_validator
 from stable_baselines3 import HerReplayBuffer
+from stable_baselines3.common.buffers import DictReplayBuffer, NStepReplayBuffer, ReplayBuffer
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 
+from frobs_algos import demonstrations
 from frobs_algos.settings import Fraction, Settings
+from frobs_algos_sb3 import replay
 from frobs_algos_sb3.algorithm import SB3Algorithm
 from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.networks import DeterministicConfig
 from frobs_algos_sb3.noise import ActionNoiseConfig
 from frobs_algos_sb3.settings import SampleFrequency
 from frobs_core.util.errors import ConflictingOptionsError, IncompatibleSpaceError, ParameterValueError
+
+_DEMONSTRATIONS = "demonstrations"
+"""Name of the demonstrations' folder in a checkpoint."""
 
 GOAL_KEYS = frozenset({"observation", "achieved_goal", "desired_goal"})
 
@@ -67,6 +76,9 @@ class OffPolicyConfig(SB3Config):
         optimize_memory_usage: Whether to store each observation only once, which requires ``handle_timeout_termination:
             false``.
         replay_buffer: Settings of the replay buffer.
+        demonstrations: Folder of a data set, or name or path of a policy, such as ``expert``, that plays episodes before
+            training starts, or None. Half of each batch is then drawn from these steps.
+        demonstration_episodes: Number of episodes that the policy plays. A data set is used as a whole.
     """
 
     buffer_size: PositiveInt = 1_000_000
@@ -77,9 +89,13 @@ class OffPolicyConfig(SB3Config):
     n_steps: PositiveInt = 1
     optimize_memory_usage: bool = False
     replay_buffer: ReplayBufferConfig = ReplayBufferConfig()
+    demonstrations: str | None = None
+    demonstration_episodes: PositiveInt = 50
 
     @model_validator(mode="after")
     def _check(self) -> Self:
+        if self.demonstrations is not None and self.batch_size < 2:
+            raise ValueError("demonstrations require a batch_size of at least 2")
         if self.optimize_memory_usage and self.replay_buffer.handle_timeout_termination:
             raise ValueError("optimize_memory_usage requires replay_buffer.handle_timeout_termination: false")
         return self
@@ -128,6 +144,52 @@ class OffPolicy(SB3Algorithm):
 
     _config: OffPolicyConfig
     model: OffPolicyAlgorithm
+    _demonstrations: ReplayBuffer | None = None
+
+    def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any], seed: int) -> None:
+        super().__init__(env, config, seed)
+        source, episodes = self._config.demonstrations, self._config.demonstration_episodes
+        if source is None:
+            return
+        found = self._demonstrate(lambda env, seed: demonstrations.load(source, env, episodes, seed).transitions())
+        truncated = found.episode_end & ~found.terminated
+        scales = isinstance(self.action_space, spaces.Box)
+        rows = {
+            "observations": found.observation,
+            "next_observations": found.next_observation,
+            "actions": self.model.policy.scale_action(found.action) if scales else found.action,
+            "rewards": found.reward,
+            "dones": found.episode_end,
+            "timeouts": truncated & self._config.replay_buffer.handle_timeout_termination,
+        }
+        replay.fill(self._add_demonstrations(len(found.reward)), rows)
+
+    def save(self, folder: Path, previous: Path | None = None) -> None:
+        """Save the policy, and all data that is needed to continue training."""
+        super().save(folder, previous)
+        if self._demonstrations is not None:
+            before = None if previous is None else previous / _DEMONSTRATIONS
+            replay.write(self._demonstrations, folder / _DEMONSTRATIONS, before)
+
+    def _restore(self, folder: Path, saved: Mapping[str, Any], continuing: bool) -> None:
+        super()._restore(folder, saved, continuing)
+        if continuing and self._config.demonstrations is not None:
+            source = folder / _DEMONSTRATIONS
+            replay.read(self._add_demonstrations(replay.row_count(source)), source)
+
+    def _add_demonstrations(self, rows: int) -> ReplayBuffer:
+        """Make a buffer for demonstrations, from which half of each batch is drawn, and return the buffer."""
+        cls: Any = DictReplayBuffer if isinstance(self.model.observation_space, spaces.Dict) else ReplayBuffer
+        kwargs = {}
+        if self.model.n_steps > 1:
+            cls, kwargs = NStepReplayBuffer, {"n_steps": self.model.n_steps, "gamma": self.model.gamma}
+        replayed: Any = self.model.replay_buffer
+        buffer: ReplayBuffer = cls(
+            rows, self.model.observation_space, self.model.action_space, replayed.device, **kwargs
+        )
+        replay.mix(replayed, buffer)
+        self._demonstrations = buffer
+        return buffer
 
     def _make_model(self, policy: str, **kwargs: Any) -> OffPolicyAlgorithm:
         config = self._config

@@ -10,8 +10,8 @@ from pydantic import Field, PositiveFloat, PositiveInt
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from frobs_algos.settings import Schedule, schedule
-from frobs_algos_sb3.algorithm import SB3Algorithm
 from frobs_algos_sb3.config import OnPolicyConfig, SB3Config
+from frobs_algos_sb3.on_policy import OnPolicy
 from frobs_core.util.errors import ParameterValueError
 
 
@@ -40,7 +40,7 @@ class PPOConfig(OnPolicyConfig):
         }
 
 
-class PPO(SB3Algorithm):
+class PPO(OnPolicy):
     """Proximal policy optimization (Schulman et al. 2017)."""
 
     name: ClassVar[str] = "ppo"

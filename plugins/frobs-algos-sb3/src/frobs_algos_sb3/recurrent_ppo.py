@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Self
 
 import sb3_contrib
-from pydantic import Field, PositiveInt
+from pydantic import Field, PositiveInt, model_validator
 
 from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.networks import RecurrentActorCriticConfig
@@ -18,6 +18,12 @@ class RecurrentPPOConfig(PPOConfig):
     n_steps: PositiveInt = 128
     batch_size: Annotated[int, Field(ge=2)] = 128
     policy_kwargs: RecurrentActorCriticConfig = RecurrentActorCriticConfig()
+
+    @model_validator(mode="after")
+    def _check_policy(self) -> Self:
+        if self.initial_policy is not None:
+            raise ValueError("recurrent_ppo does not support initial_policy; use ppo or a2c")
+        return self
 
 
 class RecurrentPPO(PPO):

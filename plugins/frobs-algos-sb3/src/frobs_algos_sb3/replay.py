@@ -5,12 +5,14 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from stable_baselines3 import HerReplayBuffer
 from stable_baselines3.common.buffers import ReplayBuffer
+from stable_baselines3.common.vec_env import VecNormalize
 
 from frobs_algos import storage
 from frobs_core.util.errors import CheckpointError
@@ -72,6 +74,56 @@ def read(buffer: ReplayBuffer, folder: Path) -> None:
             buffer._current_ep_start[:] = index_file["current_ep_start"]
     except (KeyError, TypeError, ValueError) as error:
         raise CheckpointError(f"{folder} does not match the replay buffer in the settings: {error}.") from error
+
+
+def row_count(folder: Path) -> int:
+    """Return the number of rows that :func:`write` has written into a folder."""
+    try:
+        return int(storage.read_json(folder / "index.json")["rows"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise CheckpointError(f"{folder / 'index.json'} is damaged: {error}.") from error
+
+
+def fill(buffer: ReplayBuffer, columns: Mapping[str, Any]) -> None:
+    """Fill a buffer of a single environment.
+
+    Args:
+        buffer: The buffer.
+        columns: Values of all rows, for each of the buffer's arrays, as an array or a dictionary of arrays.
+    """
+    arrays = _arrays(buffer)
+    for name, column in columns.items():
+        parts = {f"{name}/{key}": part for key, part in column.items()} if isinstance(column, dict) else {name: column}
+        for key, part in parts.items():
+            arrays[key][:] = np.reshape(part, arrays[key].shape)
+    buffer.full = True
+
+
+def mix(buffer: ReplayBuffer, demonstrations: ReplayBuffer) -> None:
+    """Make a buffer draw every second sample from demonstrations.
+
+    Samples alternate, because the algorithms of sbx draw the batches of several gradient steps at once. Therefore,
+    demonstrations make up half of each batch.
+    """
+    draw = buffer.sample
+
+    def sample(batch_size: int, env: VecNormalize | None = None) -> Any:
+        replayed = draw(batch_size - batch_size // 2, env=env)
+        demonstrated = demonstrations.sample(batch_size // 2, env=env)
+        return type(replayed)(*map(_alternate, replayed, demonstrated))
+
+    buffer.sample = sample  # type: ignore[method-assign]
+
+
+def _alternate(first: Any, second: Any) -> Any:
+    """Return the rows of two tensors, or of dictionaries of tensors, in turn. ``first`` may have one more row."""
+    if first is None:
+        return None
+    if isinstance(first, dict):
+        return {key: _alternate(first[key], second[key]) for key in first}
+    mixed = first.new_empty((len(first) + len(second), *first.shape[1:]))
+    mixed[::2], mixed[1::2] = first, second
+    return mixed
 
 
 def _arrays(buffer: ReplayBuffer) -> Arrays:

@@ -186,7 +186,7 @@ def restore_last_step(model: BaseAlgorithm, arrays: Mapping[str, np.ndarray[Any,
 def normalizer_arrays(normalizer: VecNormalize) -> Arrays:
     """Return the statistics of a normalizer."""
     arrays: Arrays = {"returns": np.asarray(normalizer.returns)}
-    for name, statistics in _statistics(normalizer).items():
+    for name, statistics in running_statistics(normalizer).items():
         arrays |= {
             f"{name}/mean": np.asarray(statistics.mean),
             f"{name}/var": np.asarray(statistics.var),
@@ -199,13 +199,14 @@ def restore_normalizer(normalizer: VecNormalize, arrays: Mapping[str, np.ndarray
     """Restore the statistics of a normalizer."""
     if arrays["returns"].shape == np.shape(normalizer.returns):
         normalizer.returns = arrays["returns"].copy()
-    for name, statistics in _statistics(normalizer).items():
+    for name, statistics in running_statistics(normalizer).items():
         statistics.mean = arrays[f"{name}/mean"].copy()
         statistics.var = arrays[f"{name}/var"].copy()
         statistics.count = float(arrays[f"{name}/count"])
 
 
-def _statistics(normalizer: VecNormalize) -> dict[str, RunningMeanStd]:
+def running_statistics(normalizer: VecNormalize) -> dict[str, RunningMeanStd]:
+    """Return the statistics of a normalizer: ``reward`` and, if observations are normalized, ``observation/KEY``."""
     all_statistics = {"reward": normalizer.ret_rms}
     if normalizer.norm_obs:
         observation = normalizer.obs_rms

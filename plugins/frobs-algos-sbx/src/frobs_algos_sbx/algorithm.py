@@ -50,8 +50,8 @@ class JaxAlgorithm(SB3Algorithm):
     def _check_observation_space(self, config: SB3Config) -> None:
         """Do nothing, because :func:`~frobs_algos_sbx.observations.flat_space` checks the space."""
 
-    def _seen(self, observation: Observation) -> Observation:
-        return super()._seen(observation if self._flat is None else self._flat.flatten(observation))
+    def _adapted(self, observation: Observation) -> Observation:
+        return observation if self._flat is None else self._flat.flatten(observation)
 
     def _draws(self) -> sb3_state.Arrays:
         return super()._draws() | state.keys(self.model)

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+import optax
 import sbx
 from flax.training.train_state import TrainState
 from gymnasium import spaces
@@ -15,6 +16,7 @@ from stable_baselines3.common.utils import FloatSchedule, explained_variance
 
 from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.networks import ActorCriticConfig
+from frobs_algos_sb3.on_policy import LEARNING_RATE, Targets
 from frobs_algos_sb3.ppo import PPO, PPOConfig
 from frobs_algos_sbx.algorithm import JaxAlgorithm
 from frobs_algos_sbx.settings import JaxConfig, JaxNetworkConfig
@@ -223,3 +225,31 @@ class SbxPPO(JaxAlgorithm, PPO):
     name: ClassVar[str] = "sbx_ppo"
     config_model: ClassVar[type[SB3Config]] = SbxPPOConfig
     model_class = CompiledPPO
+
+    def _imitate(self, targets: Targets, updates: int) -> None:
+        policy: Any = self.model.policy
+        actor, critic, continuous = policy.actor_state, policy.vf_state, isinstance(self.action_space, spaces.Box)
+        optimizer = optax.adam(optax.linear_schedule(LEARNING_RATE, 0.0, updates))
+
+        def loss(params: Any, batch: dict[str, jax.Array]) -> jax.Array:
+            distribution = actor.apply_fn(params[0], batch["observation"])
+            if continuous:
+                error = jnp.square(distribution.mode() - batch["action"]).mean()
+            else:
+                error = -distribution.log_prob(batch["action"]).mean()
+            value, last_value = (
+                critic.apply_fn(params[1], batch[name]).flatten() for name in ("observation", "last_observation")
+            )
+            returns = batch["returns"] + batch["bootstrap"] * jax.lax.stop_gradient(last_value)
+            return jnp.asarray(error + jnp.square(value - returns).mean())
+
+        @jax.jit
+        def learn(params: Any, optimizer_state: Any, batch: dict[str, jax.Array]) -> tuple[Any, Any]:
+            changes, optimizer_state = optimizer.update(jax.grad(loss)(params, batch), optimizer_state)
+            return optax.apply_updates(params, changes), optimizer_state
+
+        params = actor.params, critic.params
+        optimizer_state = optimizer.init(params)
+        for batch in targets.batches(updates, self._seed):
+            params, optimizer_state = learn(params, optimizer_state, batch)
+        policy.actor_state, policy.vf_state = actor.replace(params=params[0]), critic.replace(params=params[1])

@@ -1,145 +1,207 @@
-"""Demonstrations: the transitions of whole episodes, from a recorded data set or played by a policy."""
+"""Demonstrations: transitions from a data set, or from episodes that a policy plays."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable
 from contextlib import closing
-from dataclasses import dataclass
-from importlib.util import find_spec
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from gymnasium import spaces
 
 from frobs_core import load_policy
+from frobs_core.contracts import Policy
 from frobs_core.description import Observation
 from frobs_core.kernel.policies import is_path
-from frobs_core.util.arrays import Action, Floats, Mask
-from frobs_core.util.errors import ConfigurationError, IncompatibleSpaceError, MissingDependencyError
+from frobs_core.util.arrays import Action, Mask
+from frobs_core.util.errors import ConfigurationError, MissingDependencyError, NonFiniteValueError
 
-__all__ = ["Demonstrations", "clipped", "collect", "load_demonstrations"]
+__all__ = ["Demonstrations", "clipped", "collect", "load", "take"]
+
+Array = np.ndarray[Any, Any]
 
 _MOST_ENVS = 64
+"""Maximum number of environments in which a policy plays."""
+
+_ADAPTING = ("NormalizeObservation", "NormalizeReward")
+"""Wrappers whose statistics would differ between the training environments and those in which a policy plays."""
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True)
 class Demonstrations:
-    """The n steps of whole episodes, one episode after another.
+    """Transitions of n steps. The steps of an episode follow one another.
 
     Attributes:
-        observation: Observations before the actions, (n, …) or a dictionary of such arrays.
+        observation: Observations before the actions, as an array (n, …) or a dictionary of such arrays.
         action: Actions as the environment received them, (n, …).
-        reward: (n,) float32.
-        terminated: (n,) bool, True at the last step of an episode that reached a terminal state.
-        episode_start: (n,) bool, True at the first step of each episode.
+        reward: Rewards of the environment, (n,).
+        next_observation: Observations after the actions, in the form of ``observation``.
+        terminated: Whether the episode ended in a terminal state, (n,) bool.
+        episode_start: Whether a step is the first step of its episode, (n,) bool.
+        complete: Whether ``next_observation`` is known, (n,) bool. A data set does not contain the observation after the
+            last step of an episode.
     """
 
     observation: Observation
-    action: np.ndarray[Any, Any]
-    reward: Floats
+    action: Array
+    reward: Array
+    next_observation: Observation
     terminated: Mask
     episode_start: Mask
+    complete: Mask
+
+    def transitions(self) -> Demonstrations:
+        """Return the steps whose next observation is known, or not needed because the episode ended there.
+
+        Raises:
+            ConfigurationError: There are no such steps.
+        """
+        rows = np.flatnonzero(self.complete | self.terminated)
+        if not len(rows):
+            raise ConfigurationError("the demonstrations contain no pairs of steps; record episodes of several steps.")
+        return Demonstrations(**{name: take(value, rows) for name, value in vars(self).items()})
+
+    @property
+    def episode_end(self) -> Mask:
+        """Whether a step is the last step of its episode, (n,) bool."""
+        return np.append(self.episode_start[1:], True)
 
 
-def load_demonstrations(
-    source: str, env: gym.vector.VectorEnv[Any, Any, Any], episodes: int, seed: int
-) -> Demonstrations:
-    """Return the demonstrations that a setting names.
+def load(source: str, env: gym.vector.VectorEnv[Any, Any, Any], episodes: int, seed: int) -> Demonstrations:
+    """Read a data set, or play episodes with a policy.
 
     Args:
-        source: Folder of a recorded data set, or the name or path of a policy such as ``"expert"``.
-        env: The environment of a training run, whose observations and actions the demonstrations must have.
-        episodes: Number of episodes that a policy plays. A data set is used as a whole.
-        seed: Seed of the episodes that a policy plays.
+        source: Folder of a data set, or name or path of a policy.
+        env: The environments of the training run.
+        episodes: Number of episodes that the policy plays. A data set is used as a whole.
+        seed: Seed of the episodes that the policy plays.
 
     Raises:
-        FrobsError: The source does not exist, or its robot, observations or actions are different.
+        ConfigurationError: The source does not exist, or the environments cannot be recreated.
+        NonFiniteValueError: A number in the data set is not finite.
+        FrobsError: The data set cannot be read, or the policy cannot act in the environment.
     """
-    if is_path(source) and _is_data_set(source):
-        if find_spec("frobs_data") is None:
-            raise MissingDependencyError("a recorded data set", ["frobs-data"], "pip install frobs-data")
-        from frobs_data import training_arrays
+    path = Path(source)
+    if is_path(source) and not path.exists():
+        raise ConfigurationError(f"demonstrations: {source} does not exist; write a data set's folder or a policy.")
+    if is_path(source) and path.is_dir() and not (path / "config.yaml").is_file():  # a run folder contains a policy
+        found = _read(path, env)
+    else:
+        found = collect(env, source, episodes, seed)
+    for field in fields(found):
+        value = getattr(found, field.name)
+        for array in value.values() if isinstance(value, dict) else [value]:
+            if not np.isfinite(array).all():
+                raise NonFiniteValueError(
+                    f"demonstrations: {source}", f"contains a {field.name} that is not finite", "record it again"
+                )
+    return found
 
-        arrays = training_arrays(source, env)
-        return Demonstrations(
-            observation=arrays["observation"],
-            action=arrays["action"],
-            reward=arrays["reward"],
-            terminated=arrays["terminated"],
-            episode_start=arrays["episode_start"],
-        )
-    return collect(env, source, episodes, seed)
 
-
-def collect(env: gym.vector.VectorEnv[Any, Any, Any], policy: str, episodes: int, seed: int) -> Demonstrations:
-    """Play whole episodes with a policy, in new environments like those of a training run.
+def collect(env: gym.vector.VectorEnv[Any, Any, Any], policy_name: str, episodes: int, seed: int) -> Demonstrations:
+    """Play episodes with a policy, in new environments that equal those of the training run.
 
     Args:
-        env: The environment of a training run, which is not stepped.
-        policy: Name or path of the policy.
-        episodes: Number of episodes, ≥ 1.
+        env: The environments of the training run. Their state and random numbers do not change.
+        policy_name: Name or path of the policy.
+        episodes: Number of episodes.
         seed: Seed of the episodes.
 
     Raises:
-        FrobsError: The policy does not exist, or cannot act in the environment.
+        ConfigurationError: The environments cannot be recreated.
+        FrobsError: The policy does not exist or cannot act in the environment.
     """
     recipe = getattr(env, "recipe", None)
     if recipe is None:
-        raise ConfigurationError(f"policy '{policy}' can play demonstrations only for a run that FRobs trains.")
-    playing = recipe.make(min(episodes, _MOST_ENVS), 1)
+        raise ConfigurationError(f"policy '{policy_name}' can play only in a training run; use frobs_train.train.")
+    for component in recipe.wrappers:
+        if component.name.rpartition(":")[2] in _ADAPTING:
+            raise ConfigurationError(
+                f"policy '{policy_name}' cannot play with the wrapper {component.name}, whose statistics would differ from "
+                "those of the training run; use algorithm_config.normalize_observation and normalize_reward instead."
+            )
+    # With staggered starts, the first episodes would be cut off.
+    recipe = replace(recipe, kwargs={key: value for key, value in recipe.kwargs.items() if key != "stagger"})
+    playing = recipe.make(min(episodes, _MOST_ENVS), recipe.kwargs.get("num_threads") or 1)
     try:
-        with closing(load_policy(policy, playing)) as actor:
-            return _play(playing, actor, episodes, seed)
+        with closing(load_policy(policy_name, playing)) as policy:
+            return _play(playing, policy, episodes, seed)
     finally:
         playing.close()
 
 
-def clipped(action: Action, space: gym.spaces.Box) -> np.ndarray[Any, Any]:
+def _play(env: gym.vector.VectorEnv[Any, Any, Any], policy: Policy, episodes: int, seed: int) -> Demonstrations:
+    num_envs, space = env.num_envs, env.single_action_space
+    # A fixed number of episodes per environment, because the first episodes to end are shorter than the average.
+    left = episodes // num_envs + (np.arange(num_envs) < episodes % num_envs)
+    steps: list[tuple[Any, ...]] = []
+    observation, _ = env.reset(seed=seed)
+    observation, start = apply(np.array, observation), np.ones(num_envs, np.bool_)
+    while left.any():
+        action = clipped(policy.act(observation, start), space)
+        following, reward, terminated, truncated, info = env.step(action)
+        done, following = terminated | truncated, apply(np.array, following)
+        final = apply(np.array, following)
+        for row in np.flatnonzero(done).tolist():
+            final = apply(partial(_put, row), final, info["final_obs"][row])
+        steps.append((observation, np.array(action), np.array(reward), final, terminated, start, left > 0))
+        left -= done & (left > 0)
+        observation, start = following, done
+    *columns, played = (apply(_by_environment, *column) for column in zip(*steps, strict=True))
+    kept = [take(column, played) for column in columns]
+    names = [field.name for field in fields(Demonstrations)]
+    return Demonstrations(**dict(zip(names, [*kept, np.ones(played.sum(), np.bool_)], strict=True)))
+
+
+def clipped(action: Action, space: gym.Space[Any]) -> Any:
     """Return actions as an environment receives them: rounded to the space's data type, and clipped to its bounds."""
+    if not isinstance(space, spaces.Box):
+        return action
     return np.clip(np.asarray(action, space.dtype), space.low, space.high)
 
 
-def _is_data_set(source: str) -> bool:
-    from pathlib import Path
-
-    return (Path(source) / "meta" / "info.json").exists()
-
-
-def _play(env: gym.vector.VectorEnv[Any, Any, Any], policy: Any, episodes: int, seed: int) -> Demonstrations:
-    space = env.single_action_space
-    if not isinstance(space, gym.spaces.Box):
-        raise IncompatibleSpaceError("demonstrations", space, f"need actions with bounds, but the space is {space}.")
-    left = np.full(env.num_envs, episodes // env.num_envs)
-    left[: episodes % env.num_envs] += 1
-    rows: list[list[tuple[Any, ...]]] = [[] for _ in range(env.num_envs)]
-    observation, _ = env.reset(seed=seed)
-    start = np.ones(env.num_envs, np.bool_)
-    while left.any():
-        action = clipped(policy.act(observation, start), space)
-        following, reward, terminated, truncated, _ = env.step(action)
-        for row in np.flatnonzero(left > 0).tolist():
-            seen = _row(observation, row)
-            rows[row].append((seen, action[row].copy(), reward[row], terminated[row], start[row]))
-        start = terminated | truncated
-        left[start & (left > 0)] -= 1
-        observation = following
-    steps = [step for one in rows for step in one]
+def _read(folder: Path, env: gym.vector.VectorEnv[Any, Any, Any]) -> Demonstrations:
+    try:
+        frobs_data: Any = import_module("frobs_data")
+    except ImportError as error:
+        raise MissingDependencyError("reading a data set", ["frobs-data"], "pip install frobs-data") from error
+    arrays = frobs_data.training_arrays(folder, env)
+    start = arrays["episode_start"]
+    if not len(start):
+        raise ConfigurationError(f"demonstrations: {folder} contains no steps; record some episodes.")
+    end = np.append(start[1:], True)
+    names = ("observation", "action", "reward", "terminated", "episode_start")
     return Demonstrations(
-        observation=_stack([step[0] for step in steps]),
-        action=np.stack([step[1] for step in steps]),
-        reward=np.array([step[2] for step in steps], np.float32),
-        terminated=np.array([step[3] for step in steps], np.bool_),
-        episode_start=np.array([step[4] for step in steps], np.bool_),
+        next_observation=take(arrays["observation"], np.arange(len(start)) + ~end),
+        complete=~end,
+        **{name: arrays[name] for name in names},
     )
 
 
-def _row(observation: Observation, row: int) -> Any:
-    if isinstance(observation, Mapping):
-        return {key: value[row].copy() for key, value in observation.items()}
-    return observation[row].copy()
+def take(observation: Any, rows: Array) -> Any:
+    """Return rows of an array, or of each array of a dictionary."""
+    return apply(lambda part: part[rows], observation)
 
 
-def _stack(observations: list[Any]) -> Observation:
-    if isinstance(observations[0], Mapping):
-        return {key: np.stack([one[key] for one in observations]) for key in observations[0]}
-    return np.stack(observations)
+def apply(function: Callable[..., Array], *observations: Any) -> Any:
+    """Call a function with arrays, or for each key with the arrays of several dictionaries."""
+    first = observations[0]
+    if isinstance(first, dict):
+        return {key: function(*(each[key] for each in observations)) for key in first}
+    return function(*observations)
+
+
+def _put(row: int, array: Array, value: Array) -> Array:
+    array[row] = value
+    return array
+
+
+def _by_environment(*steps: Array) -> Array:
+    """Join arrays (num_envs, …), one per step, so that the steps of an environment follow one another."""
+    joined = np.stack(steps, axis=1)
+    return joined.reshape(-1, *joined.shape[2:])
