@@ -38,6 +38,7 @@ ALLOWED = {
         *(CORE, MODELS, CLI, "frobs-ros", "frobs-algos-sb3", "frobs-controllers-planning"),
         *("frobs-tasks-legacy", TRAIN, DEVKIT),
     },
+    "lerobot_env_frobs": {CORE},
     "frobs": set(),
 }
 """What each distribution may import; the first pattern that matches counts."""
@@ -66,6 +67,7 @@ OPTIONAL = {
     DEVKIT: {"pytest", "stable_baselines3"},  # in the tests of plugins; a further checker of environments
     TRAIN: {"tensorboard"},  # event files are written if it is installed
     "frobs-rl-compat": {"gym", "rospkg"},  # its own replacement for gym; finds the packages that a configuration names
+    "lerobot_env_frobs": {"lerobot"},  # which imports this distribution
 }
 """Imports that no requirement covers: each is used only if it is installed."""
 

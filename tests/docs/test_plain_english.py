@@ -42,6 +42,7 @@ SOURCES = (
     "plugins/frobs-algos-sb3/src",
     "plugins/frobs-algos-sbx/src",
     "plugins/frobs-ray/src",
+    "plugins/lerobot_env_frobs/src",
 )
 """Folders whose docstrings, comments and strings are checked."""
 

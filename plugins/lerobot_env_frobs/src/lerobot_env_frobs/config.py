@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import closing
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 from lerobot.configs import FeatureType, PolicyFeature
 from lerobot.envs.configs import EnvConfig
@@ -12,6 +12,9 @@ from lerobot.utils.constants import ACTION, OBS_ENV_STATE, OBS_IMAGES, OBS_STATE
 
 import lerobot_env_frobs
 from lerobot_env_frobs.environment import ENVIRONMENT_STATE, PIXELS, STATE, make
+
+_NAMES = {ACTION: ACTION, STATE: OBS_STATE, ENVIRONMENT_STATE: OBS_ENV_STATE}
+_KINDS = {ACTION: FeatureType.ACTION, STATE: FeatureType.STATE, ENVIRONMENT_STATE: FeatureType.ENV}
 
 
 @EnvConfig.register_subclass("frobs")
@@ -54,18 +57,13 @@ class FrobsEnv(EnvConfig):
         """
         with closing(make(**{**self.gym_kwargs, "render_mode": None})) as env:
             self.fps = env.metadata["render_fps"]
-            spaces, action = env.observation_space, env.action_space
-        self.features = {ACTION: PolicyFeature(FeatureType.ACTION, action.shape)}
-        self.features_map = {ACTION: ACTION}
-        for key, name, kind in ((STATE, OBS_STATE, "STATE"), (ENVIRONMENT_STATE, OBS_ENV_STATE, "ENV")):
-            if key in spaces.keys():
-                self._add(key, name, FeatureType[kind], spaces[key].shape)
-        for camera, space in spaces[PIXELS].items() if PIXELS in spaces.keys() else ():
-            self._add(f"{PIXELS}/{camera}", f"{OBS_IMAGES}.{camera}", FeatureType.VISUAL, space.shape)
-
-    def _add(self, key: str, name: str, kind: FeatureType, shape: tuple[int, ...]) -> None:
-        self.features[key] = PolicyFeature(kind, shape)
-        self.features_map[key] = name
+            spaces: dict[str, Any] = {ACTION: env.action_space, **cast("Any", env.observation_space)}
+        pictures = spaces.pop(PIXELS, {})
+        self.features = {key: PolicyFeature(_KINDS[key], space.shape) for key, space in spaces.items()}
+        self.features_map = {key: _NAMES[key] for key in spaces}
+        for name, space in pictures.items():
+            self.features[f"{PIXELS}/{name}"] = PolicyFeature(FeatureType.VISUAL, space.shape)
+            self.features_map[f"{PIXELS}/{name}"] = f"{OBS_IMAGES}.{name}"
 
     @property
     def package_name(self) -> str:

@@ -8,7 +8,6 @@ from typing import Any, cast
 import gymnasium as gym
 import numpy as np
 
-import frobs_core  # noqa: F401 - registers the IDs
 from frobs_core.kernel.env import RobotEnv
 from frobs_core.util.errors import ConfigurationError
 
@@ -49,7 +48,7 @@ def make(
         keywords["control_timestep"] = 1.0 / fps
     if episode_length:
         keywords["max_episode_steps"] = episode_length
-    id = task if "/" in task else f"frobs/{task}"
+    id = f"frobs_core:{task if '/' in task else f'frobs/{task}'}"  # importing frobs_core registers the IDs
     return LeRobotEnv(gym.make(id, render_mode=render_mode, disable_env_checker=True, **keywords), end_on_success)
 
 
