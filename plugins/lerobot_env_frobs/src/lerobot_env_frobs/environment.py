@@ -79,9 +79,9 @@ class LeRobotEnv(gym.Wrapper[dict[str, Any], Any, Any, Any]):
             raise ConfigurationError(f"LeRobot requires actions that are vectors, but the action space is {space}.")
         self._end_on_success = end_on_success
         self._max_episode_steps = env.spec.max_episode_steps if env.spec else None  # LeRobot reads it
-        self.task_description = getattr(robot_env.task, "instruction", "")
+        self.task_description = robot_env.task.instruction
         terms, self._columns = robot_env.observations.terms, robot_env.observations.columns
-        vectors = {name: getattr(term, "proprioceptive", False) for name, term in terms.items() if term.is_vector}
+        vectors = {name: term.proprioceptive for name, term in terms.items() if term.is_vector}
         parts = {
             STATE: [name for name, proprioceptive in vectors.items() if proprioceptive],
             ENVIRONMENT_STATE: [name for name, proprioceptive in vectors.items() if not proprioceptive],
