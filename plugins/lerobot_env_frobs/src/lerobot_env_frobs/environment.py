@@ -65,7 +65,7 @@ class LeRobotEnv(gym.Wrapper[dict[str, Any], Any, Any, Any]):
             of an episode, so that LeRobot reports the success rate that ``frobs evaluate`` reports.
 
     Attributes:
-        task_description: What to do, as a sentence for policies that read language.
+        task, task_description: What to do, as a sentence for policies that read language.
 
     Raises:
         ConfigurationError: The actions are not vectors.
@@ -79,7 +79,8 @@ class LeRobotEnv(gym.Wrapper[dict[str, Any], Any, Any, Any]):
             raise ConfigurationError(f"LeRobot requires actions that are vectors, but the action space is {space}.")
         self._end_on_success = end_on_success
         self._max_episode_steps = env.spec.max_episode_steps if env.spec else None  # LeRobot reads it
-        self.task_description = robot_env.task.instruction
+        # Without this attribute, LeRobot would read the task object of FRobs, which cannot be sent between processes.
+        self.task = self.task_description = robot_env.task.instruction
         terms, self._columns = robot_env.observations.terms, robot_env.observations.columns
         vectors = {name: term.proprioceptive for name, term in terms.items() if term.is_vector}
         parts = {
