@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from frobs_data.errors import DataError as DataError
     from frobs_data.layout import Episode as Episode
     from frobs_data.layout import Feature as Feature
+    from frobs_data.recording import record as record
+    from frobs_data.replaying import Replay as Replay
+    from frobs_data.replaying import replay as replay
     from frobs_data.training import training_arrays as training_arrays
     from frobs_data.writer import DatasetWriter as DatasetWriter
 
@@ -31,8 +34,11 @@ _MODULES = {
     "DatasetWriter": "writer",
     "Episode": "layout",
     "Feature": "layout",
+    "Replay": "replaying",
     "check": "edit",
     "merge": "edit",
+    "record": "recording",
+    "replay": "replaying",
     "split": "edit",
     "training_arrays": "training",
 }

@@ -156,9 +156,8 @@ class Dataset:
             file = open_table(path, _METADATA, BUDGET["episodes"])
             table = read_table(file, path, file.schema_arrow.names)
             wanted = {episode.index for episode in chosen if episode.listed == place}
-            for row, index in enumerate(table["episode_index"].to_pylist()):
-                if index in wanted:
-                    found[index] = table.slice(row, 1).to_pylist()[0]
+            kept = [row for row, index in enumerate(table["episode_index"].to_pylist()) if index in wanted]
+            found.update({row["episode_index"]: row for row in table.take(kept).to_pylist()})
         return [found[episode.index] for episode in chosen]
 
     def _row_shape(self, name: str) -> tuple[int, ...]:

@@ -6,6 +6,7 @@ import os
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from frobs_core.util.files import write_json
+from frobs_core.util.plain import to_json
 from frobs_data.dataset import Dataset
 from frobs_data.layout import (
     DATA_PATH,
@@ -46,10 +47,12 @@ def install(folder: Path, aside: Path, relative: str) -> None:
     os.replace(aside, target)
 
 
-def write_table(folder: Path, table: pa.Table, relative: str) -> None:
-    """Write a Parquet file atomically."""
+def write_tables(folder: Path, tables: Sequence[pa.Table], relative: str) -> None:
+    """Write a Parquet file atomically, with one row group for each table."""
     aside = folder / PARTIAL / "table.parquet"
-    pq.write_table(table, aside, compression="snappy")
+    with pq.ParquetWriter(aside, tables[0].schema, compression="snappy") as file:
+        for table in tables:
+            file.write_table(table)
     install(folder, aside, relative)
 
 
@@ -70,13 +73,15 @@ def stats_row(stats: Mapping[str, Stats]) -> dict[str, Any]:
     return {f"stats/{name}/{key}": value.tolist() for name, found in stats.items() for key, value in found.items()}
 
 
+def place_row(key: str, place: Place) -> dict[str, Any]:
+    """Return the place of a file as columns of ``meta/episodes``."""
+    return {f"{key}/chunk_index": place[0], f"{key}/file_index": place[1]}
+
+
 def video_row(camera: str, part: VideoPart) -> dict[str, Any]:
     """Return the part of a video as columns of ``meta/episodes``."""
-    values = {"chunk_index": part.place[0], "file_index": part.place[1]}
-    return {
-        f"videos/{camera}/{name}": value
-        for name, value in {**values, "from_timestamp": part.start, "to_timestamp": part.end}.items()
-    }
+    key = f"videos/{camera}"
+    return {**place_row(key, part.place), f"{key}/from_timestamp": part.start, f"{key}/to_timestamp": part.end}
 
 
 def row_stats(row: Mapping[str, Any]) -> dict[str, Stats]:
@@ -91,9 +96,11 @@ def row_stats(row: Mapping[str, Any]) -> dict[str, Stats]:
 
 def write_summary(folder: Path, info: Info, tasks: Sequence[str], stats: Mapping[str, Stats]) -> None:
     """Write ``tasks.parquet``, ``stats.json`` and ``info.json``. The last of them makes new episodes visible."""
-    write_table(folder, tasks_table(tasks), "meta/tasks.parquet")
-    write_json(folder / "meta" / "stats.json", stats)
-    write_json(folder / "meta" / "info.json", info.to_json(len(tasks)))
+    write_tables(folder, [tasks_table(tasks)], "meta/tasks.parquet")
+    for name, value in {"stats": stats, "info": info.to_json(len(tasks))}.items():
+        aside = folder / PARTIAL / f"{name}.json"
+        aside.write_text(to_json(value, indent=4), encoding="utf-8")
+        install(folder, aside, f"meta/{name}.json")
 
 
 class Joiner:
@@ -119,36 +126,34 @@ class Joiner:
         self._complete: dict[str, Path] = {}
         self.rows: list[dict[str, Any]] = []
 
-    def add(self, source: Dataset, episode: Episode, row: Mapping[str, Any], index: int, first: int) -> None:
-        """Copy an episode.
+    def add(self, source: Dataset, episodes: Sequence[int], index: int, first: int) -> int:
+        """Copy episodes.
 
         Args:
-            source: Data set that contains the episode.
-            episode: The episode.
-            row: Complete metadata of the episode.
-            index: Number of the episode in the new data set.
+            source: Data set that contains the episodes.
+            episodes: Numbers of the episodes.
+            index: Number of the first of them in the new data set.
             first: Number of its first frame in the new data set.
+
+        Returns:
+            Number of the frame after the last.
         """
         names = [name for name, feature in source.features.items() if not feature.is_video]
-        columns = source.columns(names, [episode.index])
         self._tasks += [task for task in source.tasks if task not in self._tasks]
-        columns["task_index"] = np.array([self._tasks.index(task) for task in source.tasks])[columns["task_index"]]
-        columns["episode_index"] = np.full(episode.length, index)
-        columns["index"] = np.arange(first, first + episode.length)
-        kept = {name: value for name, value in row.items() if not name.startswith(("videos/", "meta/"))}
-        kept |= {"episode_index": index, "dataset_from_index": first, "dataset_to_index": first + episode.length}
-        for name in ("task_index", "episode_index", "index"):
-            kept |= stats_row({name: vector_stats(columns[name])})
-        kept |= self._add_data(columns)
-        for camera in self._info.cameras:
-            kept |= self._add_video(
-                camera,
-                Packets(source.video_path(camera, episode.videos[camera].place), episode.videos[camera], source.fps),
-                episode.length,
-            )
-        self.rows.append(
-            kept | dict(zip(("meta/episodes/chunk_index", "meta/episodes/file_index"), self._listed, strict=True))
-        )
+        task_indices = np.array([self._tasks.index(task) for task in source.tasks])
+        for _, group in groupby(episodes, key=lambda number: source.episodes[number].place):
+            numbers = list(group)
+            columns = source.columns(names, numbers)
+            begin = 0
+            for number, row in zip(numbers, source.rows(numbers), strict=True):
+                end = begin + source.episodes[number].length
+                part = {name: values[begin:end] for name, values in columns.items()}
+                part["task_index"] = task_indices[part["task_index"]]
+                part["episode_index"] = np.full(end - begin, index)
+                part["index"] = np.arange(first, first + end - begin)
+                self._add_episode(source, source.episodes[number], part, row)
+                index, first, begin = index + 1, first + end - begin, end
+        return first
 
     def commit(self) -> None:
         """Complete the files, and move them to their places. The metadata comes last."""
@@ -159,16 +164,28 @@ class Joiner:
             self._close_video(camera)
         for relative, aside in self._complete.items():
             install(self._folder, aside, relative)
-        write_table(self._folder, episode_table(self.rows), fill(EPISODES_PATH, self._listed))
+        write_tables(self._folder, [episode_table(self.rows)], fill(EPISODES_PATH, self._listed))
 
-    def _add_data(self, columns: Mapping[str, np.ndarray[Any, Any]]) -> dict[str, Any]:
+    def _add_episode(
+        self, source: Dataset, episode: Episode, columns: dict[str, np.ndarray[Any, Any]], row: Mapping[str, Any]
+    ) -> None:
+        kept = {name: value for name, value in row.items() if not name.startswith(("videos/", "meta/"))}
+        kept["episode_index"] = int(columns["episode_index"][0])
+        kept["dataset_from_index"] = first = int(columns["index"][0])
+        kept["dataset_to_index"] = first + episode.length
+        kept |= stats_row(vector_stats({name: columns[name] for name in ("task_index", "episode_index", "index")}))
         table = data_table(self._info.features, columns)
         if self._data and self._aside("data").stat().st_size + table.nbytes > self._data_limit:
             self._close_data()
         if self._data is None:
             self._data = pq.ParquetWriter(self._aside("data"), table.schema, compression="snappy")
         self._data.write_table(table)
-        return dict(zip(("data/chunk_index", "data/file_index"), self._data_place, strict=True))
+        kept |= place_row("data", self._data_place)
+        for camera in self._info.cameras:
+            part = episode.videos[camera]
+            packets = Packets(source.video_path(camera, part.place), part, source.fps)
+            kept |= self._add_video(camera, packets, episode.length)
+        self.rows.append(kept | place_row("meta/episodes", self._listed))
 
     def _add_video(self, camera: str, packets: Packets, length: int) -> dict[str, Any]:
         muxer = self._videos.get(camera)

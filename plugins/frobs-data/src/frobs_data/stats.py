@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -17,15 +17,22 @@ _QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
 NAMES = ("min", "max", "mean", "std", "count", *_QUANTILES)
 
 
-def vector_stats(values: np.ndarray[Any, Any]) -> Stats:
-    """Return the statistics of one episode's values, (n, …)."""
-    values = values.astype(np.float64)
-    flat = values if values.ndim > 1 else values[:, None]
-    quantiles = np.quantile(flat, list(_QUANTILES.values()), axis=0)
+def vector_stats(columns: Mapping[str, np.ndarray[Any, Any]]) -> dict[str, Stats]:
+    """Return the statistics of one episode's columns, each (n, k) or (n,). One pass over all columns is faster."""
+    blocks = [values.reshape(len(values), -1) for values in columns.values()]
+    flat = np.concatenate(blocks, axis=1, dtype=np.float64)
+    found = {"min": flat.min(0), "max": flat.max(0), "mean": flat.mean(0), "std": flat.std(0)}
+    found |= zip(_QUANTILES, np.quantile(flat, list(_QUANTILES.values()), axis=0), strict=True)
+    ends = np.cumsum([block.shape[1] for block in blocks])
     return {
-        **{"min": flat.min(0), "max": flat.max(0), "mean": flat.mean(0), "std": flat.std(0)},
-        "count": np.array([len(flat)]),
-        **dict(zip(_QUANTILES, quantiles, strict=True)),
+        name: {
+            **{
+                key: value[end - block.shape[1] : end].reshape(columns[name].shape[1:] or 1)
+                for key, value in found.items()
+            },
+            "count": np.array([len(flat)]),
+        }
+        for name, block, end in zip(columns, blocks, ends, strict=True)
     }
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from queue import Queue
 from threading import Thread
@@ -11,6 +10,7 @@ from types import TracebackType
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 
 from frobs_core.util.errors import ParameterValueError, check_keys, check_name
 from frobs_core.util.files import write_json
@@ -21,12 +21,13 @@ from frobs_data.joining import (
     Joiner,
     episode_table,
     install,
+    place_row,
     remove_leftovers,
     row_stats,
     stats_row,
     video_row,
     write_summary,
-    write_table,
+    write_tables,
 )
 from frobs_data.layout import (
     DATA_PATH,
@@ -39,6 +40,7 @@ from frobs_data.layout import (
     VIDEO_PATH,
     Feature,
     Info,
+    Place,
     VideoPart,
     data_table,
     fill,
@@ -49,6 +51,9 @@ from frobs_data.video import CODECS, Encoder
 
 _WAITING = 128
 """Maximum number of pictures and episodes that wait to be written. After that, callers wait."""
+
+_BATCH = 64
+"""Maximum number of episodes that share files while recording, because more of them were waiting to be written."""
 
 _TYPES = ("float32", "float64", "int64", "int32", "uint8", "bool", "video")
 
@@ -151,6 +156,7 @@ class DatasetWriter:
         self._tasks: list[str] = []
         self._stats: dict[str, Stats] = {}
         self._clips = 0
+        self._batch: list[tuple[dict[str, Any], pa.Table, dict[str, Stats]]] = []
         self._error: Exception | None = None
         self._queue: Queue[Callable[[], object] | None] = Queue(_WAITING)
         try:
@@ -238,6 +244,8 @@ class DatasetWriter:
             if self._error is None:
                 try:
                     job()
+                    if self._batch and (self._queue.empty() or len(self._batch) == _BATCH or self.info.cameras):
+                        self._flush()
                 except Exception as error:
                     self._error = error
 
@@ -274,8 +282,7 @@ class DatasetWriter:
         self.info.episodes, self.info.frames = present.info.episodes, present.info.frames
         self.info.codecs |= present.info.codecs
         self._tasks = list(present.tasks)
-        for row in present.rows(range(len(present.episodes))):
-            self._add_stats(row_stats(row))
+        self._add_stats([row_stats(row) for row in present.rows(range(len(present.episodes)))])
 
     def _as_clip(self, key: str, pictures: Any) -> Clip:
         if isinstance(pictures, Clip):
@@ -293,51 +300,66 @@ class DatasetWriter:
         length: int,
         start_state: Mapping[str, np.ndarray[Any, Any]] | None,
     ) -> None:
-        """Write an episode. It is part of the data set as soon as ``info.json`` counts it."""
-        index, first, frames = self.info.episodes, self.info.frames, np.arange(length)
-        chunk, file = divmod(index, FILES_PER_CHUNK)
-        place = chunk + RECORDING_CHUNK, file
+        """Write the video and the start state of an episode, and prepare the rest for :meth:`_flush`."""
+        index, frames = self.info.episodes + len(self._batch), np.arange(length)
+        first = self._batch[-1][0]["dataset_to_index"] if self._batch else self.info.frames
+        place = _place(self.info.episodes)
         if task not in self._tasks:
             self._tasks.append(task)
         values["timestamp"] = (frames / self.info.fps).astype(np.float32)
         values["frame_index"], values["index"] = frames, frames + first
         values["episode_index"] = np.full(length, index)
         values["task_index"] = np.full(length, self._tasks.index(task))
+        stats = vector_stats(values)
         row: dict[str, Any] = {"episode_index": index, "tasks": [task], "length": length}
-        for key in ("data", "meta/episodes"):
-            row |= {f"{key}/chunk_index": place[0], f"{key}/file_index": place[1]}
+        row |= {**place_row("data", place), **place_row("meta/episodes", place)}
         row |= {"dataset_from_index": first, "dataset_to_index": first + length}
         for key, clip in clips.items():
             clip.finish()
             install(self.folder, clip.path, fill(VIDEO_PATH, place, key))
             row |= video_row(key, VideoPart(place, 0.0, length / self.info.fps))
-        write_table(self.folder, data_table(self.info.features, values), fill(DATA_PATH, place))
+            stats[key] = clip.stats.result()
         if start_state is not None:
             aside = self.folder / PARTIAL / "start.npz"
             np.savez(aside, **start_state)  # type: ignore[arg-type]
             install(self.folder, aside, START_PATH.format(index))
-        stats = {name: vector_stats(value) for name, value in values.items()}
-        stats |= {key: clip.stats.result() for key, clip in clips.items()}
-        write_table(self.folder, episode_table([row | stats_row(stats)]), fill(EPISODES_PATH, place))
+        self._batch.append((row | stats_row(stats), data_table(self.info.features, values), stats))
+
+    def _flush(self) -> None:
+        """Write the waiting episodes. They are part of the data set as soon as ``info.json`` counts them."""
+        place = _place(self.info.episodes)
+        rows, tables, stats = zip(*self._batch, strict=True)
+        write_tables(self.folder, tables, fill(DATA_PATH, place))
+        write_tables(self.folder, [episode_table(rows)], fill(EPISODES_PATH, place))
         self._add_stats(stats)
-        self.info.episodes, self.info.frames = index + 1, first + length
+        self.info.episodes, self.info.frames = self.info.episodes + len(rows), rows[-1]["dataset_to_index"]
+        self._batch.clear()
         write_summary(self.folder, self.info, self._tasks, self._stats)
 
-    def _add_stats(self, stats: Mapping[str, Stats]) -> None:
-        for name, added in stats.items():
-            known = self._stats.get(name)
-            self._stats[name] = merge_stats([known, added]) if known else added
+    def _add_stats(self, parts: Sequence[Mapping[str, Stats]]) -> None:
+        for name in self.info.features:
+            found = [stats[name] for stats in (self._stats, *parts) if name in stats]
+            if found:
+                self._stats[name] = merge_stats(found)
 
     def _join(self) -> None:
+        if self._batch:
+            self._flush()
         written = Dataset(self.folder)
         joiner = Joiner(self.folder, self.info, self._tasks, written.episodes)
-        single = [episode.index for episode in written.episodes if episode.listed[0] >= RECORDING_CHUNK]
-        for row in written.rows(single):
-            index = row["episode_index"]
-            joiner.add(written, written.episodes[index], row, index, row["dataset_from_index"])
+        for episode in written.episodes:
+            if episode.listed[0] >= RECORDING_CHUNK:  # all later ones were recorded as well
+                rest = range(episode.index, len(written.episodes))
+                first = sum(joined.length for joined in written.episodes[: episode.index])
+                joiner.add(written, rest, episode.index, first)
+                break
         joiner.commit()
         remove_leftovers(Dataset(self.folder))
-        shutil.rmtree(self.folder / PARTIAL, ignore_errors=True)
+
+
+def _place(index: int) -> Place:
+    """Return the chunk and file index of the files in which an episode is recorded."""
+    return RECORDING_CHUNK + index // FILES_PER_CHUNK, index % FILES_PER_CHUNK
 
 
 def _check_feature(name: str, feature: Feature) -> None:
