@@ -76,7 +76,9 @@ class LeRobotEnv(gym.Wrapper[dict[str, Any], Any, Any, Any]):
         robot_env = cast("RobotEnv", env.unwrapped)
         space = env.action_space
         if not isinstance(space, gym.spaces.Box) or len(space.shape) != 1:
-            raise ConfigurationError(f"LeRobot requires actions that are vectors, but the action space is {space}.")
+            raise ConfigurationError(
+                f"LeRobot requires actions that are vectors, but the action space is {space}; choose another controller."
+            )
         self._end_on_success = end_on_success
         self._max_episode_steps = env.spec.max_episode_steps if env.spec else None  # LeRobot reads it
         # Without this attribute, LeRobot would read the task object of FRobs, which cannot be sent between processes.
