@@ -2,4 +2,18 @@
 
 from frobs_cli.commands import Command
 
-COMMANDS: tuple[Command, ...] = ()
+_SUMMARIES = {
+    "show": "Show the size, the success and the features of a data set.",
+    "check": "Read everything in a data set and report what is wrong.",
+    "merge": "Combine data sets into a new one.",
+    "split": "Divide a data set into several new ones.",
+    "export": "Write a data set in another format.",
+}
+
+COMMANDS = (
+    Command(name="data", summary="Show, check and edit data sets in the LeRobot format.", heading="Learn"),
+    *(
+        Command(name=f"data {name}", summary=summary, function=f"frobs_data.cli.data:{name}", heading="Learn")
+        for name, summary in _SUMMARIES.items()
+    ),
+)
