@@ -341,6 +341,8 @@ class DatasetWriter:
                 self._stats[name] = merge_stats(found)
 
     def _join(self) -> None:
+        if self._batch:
+            self._flush()
         written = Dataset(self.folder)
         joiner = Joiner(self.folder, self.info, self._tasks, written.episodes)
         for episode in written.episodes:
