@@ -64,13 +64,13 @@ def test_elements_have_names_and_settings_describe_the_environment(tmp_path: Pat
 
 
 def test_each_environment_records_its_share_of_short_and_long_episodes(tmp_path: Path) -> None:
-    dataset = record(MAZE, "random", episodes=7, num_envs=3, out=tmp_path / "set", max_episode_steps=120)
+    dataset = record(MAZE, "pretrained", episodes=7, num_envs=3, out=tmp_path / "set", max_episode_steps=152)
     assert sorted(episode_seeds(dataset)) == list(range(7))
     lengths = [episode.length for episode in dataset.episodes]
     assert len(set(lengths)) > 1
     ended = dataset.columns(["next.done", "next.terminated"])
     assert ended["next.done"].sum() == 7
-    assert ended["next.terminated"].sum() == sum(length < 120 for length in lengths)
+    assert ended["next.terminated"].sum() == sum(length < 152 for length in lengths)
 
 
 def test_only_successful_episodes_can_be_kept(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from frobs_data.layout import SETTINGS_PATH, START_PATH
 def maze(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A recording in which the episodes end at different steps."""
     folder = tmp_path_factory.mktemp("maze") / "set"
-    record("frobs/KobukiMaze-v0", "random", episodes=6, num_envs=4, out=folder, max_episode_steps=100)
+    record("frobs/KobukiMaze-v0", "pretrained", episodes=6, num_envs=4, out=folder, max_episode_steps=152)
     return folder
 
 
