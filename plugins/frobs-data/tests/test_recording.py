@@ -91,7 +91,7 @@ def test_only_successful_episodes_can_be_kept(tmp_path: Path) -> None:
 
 
 def test_a_policy_that_never_succeeds_ends_with_an_error(tmp_path: Path) -> None:
-    with pytest.raises(DataError, match="only 0 of 1[0-9]+ episodes were successful"):
+    with pytest.raises(DataError, match=r"only 0 of 1[0-9]+ episodes were successful"):
         record(REACH, "random", episodes=1, out=tmp_path / "set", success_only=True, max_episode_steps=1)
 
 

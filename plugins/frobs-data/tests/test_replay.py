@@ -52,7 +52,7 @@ def test_changed_numbers_are_found(copied: Path) -> None:
     np.savez(path, **state)
     [result] = replay(copied, [2])
     assert not result.identical
-    assert 0.0 < result.difference
+    assert result.difference > 0.0
 
 
 @pytest.mark.needs("pybullet")
