@@ -173,7 +173,7 @@ def _lines(results: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
 
 def _conditions(result: Mapping[str, Any]) -> Iterator[str]:
     versions = ", ".join(f"{name} {number}" for name, number in result["versions"].items())
-    yield f"Measured on {result['date']}, at commit {result['commit']}, on {result['machine']}, with {versions}."
+    yield f"Measured on {result['date']}, at commit {result['commit']}. FRobs: {result['machine']}. LeRobot: {versions}."
 
 
 def _exchange_rows(result: Mapping[str, Any]) -> Iterator[str]:

@@ -94,6 +94,13 @@ def row_stats(row: Mapping[str, Any]) -> dict[str, Stats]:
     return {feature: stats for feature, stats in found.items() if stats.keys() >= set(NAMES)}
 
 
+def write_start_state(folder: Path, index: int, state: Mapping[str, np.ndarray[Any, Any]]) -> None:
+    """Write the state of the simulation at the start of an episode."""
+    aside = folder / PARTIAL / "start.npz"
+    np.savez(aside, **state)  # type: ignore[arg-type]
+    install(folder, aside, START_PATH.format(index))
+
+
 def write_summary(folder: Path, info: Info, tasks: Sequence[str], stats: Mapping[str, Stats]) -> None:
     """Write ``tasks.parquet``, ``stats.json`` and ``info.json``. The last of them makes new episodes visible."""
     write_tables(folder, [tasks_table(tasks)], "meta/tasks.parquet")

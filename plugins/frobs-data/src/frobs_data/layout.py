@@ -201,9 +201,8 @@ def read_info(folder: Path) -> Info:
 
 
 def _whole(path: Path, values: Mapping[str, Any], key: str, least: int, most: int) -> int:
-    value = values.get(key)
-    whole = isinstance(value, int | float) and not isinstance(value, bool) and least <= value <= most
-    if not whole or int(value) != value:
+    value: Any = values.get(key)
+    if type(value) not in (int, float) or not least <= value <= most or int(value) != value:
         raise DataError(path, f"'{key}' is {value!r:.40}; it must be a whole number from {least:,} to {most:,}.")
     return int(value)
 

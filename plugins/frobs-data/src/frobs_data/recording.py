@@ -47,8 +47,8 @@ from frobs_train.runs.run import Run
 from frobs_train.runs.versions import versions
 from frobs_train.training.interrupts import Interrupts
 
-MOST_ENVS = 64
-"""Maximum default number of environments without cameras."""
+MOST_ENVS, MOST_ENVS_WITH_CAMERAS = 64, 2
+"""Maximum default number of environments. With cameras, encoding the videos takes most of the time."""
 
 _SPARE_ATTEMPTS = 100
 _STOPPING = "Recording stops and keeps all whole episodes; %s stops immediately."
@@ -101,8 +101,8 @@ def record(
         episodes: Number of episodes to add to the data set, ≥ 1.
         out: Folder of the data set.
         seed: Seed of the first episode, ≥ 0. If ``append`` is set, seeds that were already recorded are skipped.
-        num_envs: Number of environments that are simulated in parallel, ≥ 1. By default, 1 with cameras, and otherwise
-            at most :data:`MOST_ENVS`.
+        num_envs: Number of environments that are simulated in parallel, ≥ 1. By default at most :data:`MOST_ENVS`, or
+            :data:`MOST_ENVS_WITH_CAMERAS`.
         cameras: Cameras whose pictures are recorded, see :func:`~frobs_data.recorded_features.read_cameras`. The policy
             does not see them.
         size: Height and width of the pictures [pixels], even numbers.
@@ -137,7 +137,8 @@ def record(
     if present is not None and SEED in present.features and len(present):
         seed = max(seed, int(present.columns([SEED])[SEED].max()) + 1)
     if num_envs is None:
-        num_envs = 1 if views else min(MOST_ENVS, usual_num_envs(config, episodes, simulator))
+        most = MOST_ENVS_WITH_CAMERAS if views else MOST_ENVS
+        num_envs = min(most, usual_num_envs(config, episodes, simulator))
     with ExitStack() as stack:
         env = make_vector_env(config.environment, min(num_envs, episodes), kwargs, config.wrappers)
         stack.callback(env.close)

@@ -26,6 +26,7 @@ from frobs_data.joining import (
     row_stats,
     stats_row,
     video_row,
+    write_start_state,
     write_summary,
     write_tables,
 )
@@ -36,7 +37,6 @@ from frobs_data.layout import (
     INDEX,
     RECORDING_CHUNK,
     SETTINGS_PATH,
-    START_PATH,
     VIDEO_PATH,
     Feature,
     Info,
@@ -320,9 +320,7 @@ class DatasetWriter:
             row |= video_row(key, VideoPart(place, 0.0, length / self.info.fps))
             stats[key] = clip.stats.result()
         if start_state is not None:
-            aside = self.folder / PARTIAL / "start.npz"
-            np.savez(aside, **start_state)  # type: ignore[arg-type]
-            install(self.folder, aside, START_PATH.format(index))
+            write_start_state(self.folder, index, start_state)
         self._batch.append((row | stats_row(stats), data_table(self.info.features, values), stats))
 
     def _flush(self) -> None:

@@ -43,7 +43,7 @@ def record(
         ),
     ] = None,
     size: Annotated[
-        tuple[int, int], typer.Option(metavar="H W", help="Height and width of the pictures [pixels], even numbers.")
+        tuple[int, int], typer.Option(metavar="H W", help="Height and width of the pictures in pixels, even numbers.")
     ] = (96, 96),
     success_only: Annotated[
         bool, typer.Option("--success-only", help="Record only successful episodes, until there are N of them.")
