@@ -65,7 +65,7 @@ def _wheel(wheel: Path) -> Iterator[str]:
         if license_file not in names or archive.read(license_file) != LICENSE:
             yield "the license file is missing or differs from the one of the repository"
     packages = {name.partition("/")[0] for name in names} - {_dist_info(wheel)}
-    foreign = {name for name in packages if not name.startswith("frobs_")}
+    foreign = {name for name in packages if "frobs" not in name}
     if foreign:
         yield f"foreign files: {sorted(foreign)}"
     untyped = {package for package in packages if f"{package}/py.typed" not in names}
@@ -124,7 +124,7 @@ def _bounds(facts: Message) -> Iterator[str]:
     usual = SpecifierSet(f">={version.major}.{version.minor},<{version.major}.{version.minor + 1}")
     for line in facts.get_all("Requires-Dist", []):
         requirement = Requirement(line)
-        if requirement.name.startswith("frobs"):
+        if "frobs" in requirement.name:
             exact = (facts["Name"], requirement.name) in EXACT
             bounds = SpecifierSet(f"=={version}") if exact else usual
             if requirement.specifier != bounds:

@@ -173,7 +173,7 @@ class Environments:
             self._pip(["install", "--dry-run", "--no-index", *options, *wheels])
         except CheckError:  # the wheelhouse is empty or outdated
             self._pip(["wheel", "--wheel-dir", WHEELHOUSE, *options, *wheels])
-        for copy in WHEELHOUSE.glob("frobs*"):
+        for copy in WHEELHOUSE.glob("*frobs*"):
             copy.unlink(missing_ok=True)
         run([self.python, "-m", "venv", "--without-pip", self.bases["frobs-core"]])
         self.install(self.bases["frobs-core"], [self.built["frobs-core"].wheel])

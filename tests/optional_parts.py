@@ -97,7 +97,7 @@ PARTS: Mapping[str, tuple[Callable[[], bool], str]] = {
 }
 """How to find out whether a part is here, and how to get it."""
 
-OPTIONAL_EVERYWHERE = ("vendors",)
+OPTIONAL_EVERYWHERE = ("lerobot", "vendors")
 """Parts that ``FROBS_REQUIRE_PARTS=all`` does not require."""
 
 FIXTURES: Mapping[str, str] = {

@@ -40,6 +40,7 @@ ALLOWED = {
         *(CORE, MODELS, CLI, "frobs-ros", "frobs-algos-sb3", "frobs-controllers-planning"),
         *("frobs-tasks-legacy", TRAIN, DEVKIT),
     },
+    "lerobot_env_frobs": {CORE},
     "frobs": set(),
 }
 """What each distribution may import; the first pattern that matches counts."""
@@ -69,6 +70,7 @@ OPTIONAL = {
     "frobs-algos-sb3": {"frobs_data"},  # reads demonstrations
     TRAIN: {"tensorboard"},  # event files are written if it is installed
     "frobs-rl-compat": {"gym", "rospkg"},  # its own replacement for gym; finds the packages that a configuration names
+    "lerobot_env_frobs": {"lerobot"},  # which imports this distribution
 }
 """Imports that no requirement covers: each is used only if it is installed."""
 

@@ -39,6 +39,7 @@ _COLUMNS = {
     "algorithms": 7,
     "frobs-algos": 7,
     "frobs-algos-sbx": 7,
+    "lerobot_env_frobs": 5,
 }
 """Column of each box; boxes that are not listed share a further one. The rows follow from the imports."""
 
@@ -175,6 +176,6 @@ def _drawn(box: Box, rows: int) -> list[str]:
 
 
 def _short(name: str) -> str:
-    """Return a name without ``frobs-``, and only its last word if it is long."""
-    short = name.removeprefix("frobs-")
+    """Return a name without FRobs, and only its last word if it is long."""
+    short = name.removeprefix("frobs-").removesuffix("_frobs")
     return short if len(short) <= 16 or " " in short else f"…-{short.rpartition('-')[2]}"

@@ -51,6 +51,8 @@ class Task(Stateful, ABC):
         physics_timestep: Default duration of one physics step [s].
         success_rule: Success condition of an episode, as one sentence without a period, for listings and documentation
             pages.
+        instruction: One imperative sentence that tells a person or a language-conditioned policy what to do, such as
+            ``"Pick up the cube and bring it to the goal."``. Recorded episodes store it.
         reward_meanings: Description of each reward term, by name, for listings and documentation pages.
         late_terms: Observation terms that are constant until the agent makes progress. For example, if all episodes
             start with the same waypoint, the term that contains the current waypoint changes only after the agent has
@@ -66,6 +68,7 @@ class Task(Stateful, ABC):
     control_timestep: ClassVar[float] = 0.04
     physics_timestep: ClassVar[float] = 0.002
     success_rule: ClassVar[str] = ""
+    instruction: ClassVar[str] = ""
     reward_meanings: ClassVar[Mapping[str, str]] = {}
     late_terms: ClassVar[Sequence[str]] = ()
     expert: ClassVar[str] = ""

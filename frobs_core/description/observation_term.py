@@ -33,6 +33,8 @@ class ObservationTerm:
         dtype: ``"float32"`` for vectors. An image may have another data type, and needs its own key.
         imperfect: Whether the term reads a sensor that has its own noise, delay or other imperfections. For such terms,
             ``randomize`` rejects additional noise and delays.
+        proprioceptive: Whether the robot itself can measure the value: the states of its joints, tool and gripper, the
+            readings of its sensors, and the previous action. Data sets store these terms as the state of the robot.
         view: Camera settings of an image, which are stored in exported policies: name of the ``camera``, the fields of
             :class:`~frobs_core.description.Camera`, the ``modality``, and whether ``markers`` are drawn.
     """
@@ -45,6 +47,7 @@ class ObservationTerm:
     key: str = VECTORS
     dtype: str = "float32"
     imperfect: bool = False
+    proprioceptive: bool = False
     view: Mapping[str, Any] | None = None
 
     @property

@@ -190,14 +190,14 @@ class AddedTerms(Stateful):
             )
         _, robot = self._robot(name, term)
         if term["type"] == "tcp_pose":
-            return _unbounded(lambda: np.concatenate(robot.frame_pose("tcp"), axis=1), 7, "m, 1")
+            return _unbounded(lambda: np.concatenate(robot.frame_pose("tcp"), axis=1), 7, "m, 1", proprioceptive=True)
         reads: dict[str, tuple[Callable[[], Floats], str]] = {
             "joint_positions": (lambda: robot.joint_positions, "rad or m"),
             "joint_velocities": (lambda: robot.joint_velocities, "rad/s or m/s"),
             "joint_efforts": (lambda: robot.joint_efforts, "N·m or N"),
         }
         read, unit = reads[term["type"]]
-        return _unbounded(read, robot.dof, unit)
+        return _unbounded(read, robot.dof, unit, proprioceptive=True)
 
     def _sensor(self, name: str, term: Mapping[str, Any], control_timestep: float) -> ObservationTerm:
         robot, handle = self._robot(name, term)
@@ -226,15 +226,19 @@ class AddedTerms(Stateful):
         return ObservationTerm(read=read, low=near, high=near + np.float32(np.inf), unit="m", key=name, view=view)
 
 
-def _unbounded(read: Callable[[], Floats], width: int, unit: str) -> ObservationTerm:
+def _unbounded(read: Callable[[], Floats], width: int, unit: str, proprioceptive: bool = False) -> ObservationTerm:
     far = np.full(width, np.inf)
-    return ObservationTerm(read=read, low=-far, high=far, unit=unit)
+    return ObservationTerm(read=read, low=-far, high=far, unit=unit, proprioceptive=proprioceptive)
 
 
 def _previous_action(context: StepContext, control: Control) -> ObservationTerm:
     low, high = _action_bounds(control)
     return ObservationTerm(
-        read=lambda: context.action.reshape(-1, len(low)).astype(np.float64), low=low, high=high, unit="1"
+        read=lambda: context.action.reshape(-1, len(low)).astype(np.float64),
+        low=low,
+        high=high,
+        unit="1",
+        proprioceptive=True,
     )
 
 

@@ -44,6 +44,7 @@ SOURCES = (
     "plugins/frobs-algos/src",
     "plugins/frobs-algos-sbx/src",
     "plugins/frobs-ray/src",
+    "plugins/lerobot_env_frobs/src",
 )
 """Folders whose docstrings, comments and strings are checked."""
 

@@ -74,7 +74,9 @@ class Sensors(Stateful):
             UnknownNameError: The sensor does not exist.
         """
         space, unit = self.space(name), self._sensors[name].unit
-        return ObservationTerm(read=lambda: self.read(name), low=space.low, high=space.high, unit=unit)
+        return ObservationTerm(
+            read=lambda: self.read(name), low=space.low, high=space.high, unit=unit, proprioceptive=True
+        )
 
     def space(self, name: str) -> gym.spaces.Box:
         """Return the space of a sensor's reading in one environment: (width,) float32, in the sensor's unit.

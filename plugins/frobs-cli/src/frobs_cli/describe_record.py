@@ -77,12 +77,13 @@ def controller_facts(cls: Any) -> dict[str, Any]:
 
 
 def task_facts(cls: Any) -> dict[str, Any]:
-    """Return the facts about a task class: its rewards, reset options, timesteps, success rule and parameters."""
+    """Return the facts about a task class: its rewards, reset options, timesteps, instruction, success rule and parameters."""
     return {
         "reward_types": list(cls.reward_types),
         "reset_options": list(cls.reset_options),
         "control_timestep": f"{cls.control_timestep:g} s",
         "physics_timestep": f"{cls.physics_timestep:g} s",
+        "instruction": cls.instruction,
         "success": cls.success_rule,
         "reward_terms": [{"name": name, "help": meaning} for name, meaning in cls.reward_meanings.items()],
         "parameters": parameters(cls),

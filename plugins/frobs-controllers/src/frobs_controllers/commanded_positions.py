@@ -19,6 +19,7 @@ class CommandedPositions(Controller):
         """Prepare to control the given joints."""
         self._joints = joints
         self._target = np.zeros((joints.num_envs, joints.dof))
+        self.axes = joints.joint_names
         self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof,), np.float32)
         self.reset(None)
 

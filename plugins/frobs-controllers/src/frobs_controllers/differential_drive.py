@@ -29,6 +29,7 @@ class DifferentialDrive(Controller):
     """
 
     command_mode = CommandMode.VELOCITY
+    axes: tuple[str, ...] = ("linear", "angular")
 
     def __init__(
         self,

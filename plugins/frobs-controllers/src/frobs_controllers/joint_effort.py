@@ -36,6 +36,7 @@ class JointEffort(Controller):
         self._upper = scale("joint_effort", "max_effort", self.max_effort, joints.effort_limit, joints, "N·m or N")
         self._lower = -self._upper
         self._effort = np.zeros(self._upper.shape)
+        self.axes = joints.joint_names
         self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof,), np.float32)
 
     def reset(self, mask: Mask | None) -> None:

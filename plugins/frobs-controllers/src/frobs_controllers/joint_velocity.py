@@ -41,6 +41,7 @@ class JointVelocity(Controller):
         self._position_lower, self._position_upper = joints.position_lower.copy(), joints.position_upper.copy()
         self._rate = np.full(self._upper.shape, 1.0 / control_timestep)  # [1/s]
         self._velocity, self._bound = np.zeros(self._upper.shape), np.zeros(self._upper.shape)
+        self.axes = joints.joint_names
         self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof,), np.float32)
 
     def reset(self, mask: Mask | None) -> None:

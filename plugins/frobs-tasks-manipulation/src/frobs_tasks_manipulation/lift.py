@@ -38,6 +38,7 @@ class Lift(CubeTask):
         "during the last hold_steps control steps before the time limit, "
         "the cube is between the fingers, in the air and moving slowly"
     )
+    instruction: ClassVar[str] = "Pick up the cube and hold it in the air."
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to the cube",
         "grip": "0.3 · (1 − tanh(2 d / size)), where size is the edge length of the cube",

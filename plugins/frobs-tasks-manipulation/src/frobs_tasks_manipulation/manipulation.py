@@ -166,9 +166,9 @@ class Manipulation(Task):
     def tool_terms(self) -> dict[str, ObservationTerm]:
         """Return the observation terms for the tool: position [m], linear velocity [m/s] and gripper opening."""
         return {
-            "tcp_position": bounded(lambda: self.tcp, 3, 2.0, "m", scale=4.0),
-            "tcp_velocity": bounded(lambda: self.tcp_velocity, 3, 5.0, "m/s"),
-            "gripper_opening": bounded(lambda: self.opening[:, None], 1, 1.5, "1"),
+            "tcp_position": bounded(lambda: self.tcp, 3, 2.0, "m", scale=4.0, proprioceptive=True),
+            "tcp_velocity": bounded(lambda: self.tcp_velocity, 3, 5.0, "m/s", proprioceptive=True),
+            "gripper_opening": bounded(lambda: self.opening[:, None], 1, 1.5, "1", proprioceptive=True),
         }
 
     def stored_arrays(self) -> Snapshot:

@@ -10,7 +10,9 @@ from frobs_core.description import ObservationTerm
 from frobs_core.util.arrays import Floats
 
 
-def bounded(read: Callable[[], Floats], size: int, limit: float, unit: str, scale: float = 1.0) -> ObservationTerm:
+def bounded(
+    read: Callable[[], Floats], size: int, limit: float, unit: str, scale: float = 1.0, *, proprioceptive: bool = False
+) -> ObservationTerm:
     """Return an observation term whose values are clipped to [−``limit``, ``limit``].
 
     Args:
@@ -19,8 +21,14 @@ def bounded(read: Callable[[], Floats], size: int, limit: float, unit: str, scal
         limit: Maximum absolute value of the term.
         unit: Unit of the values.
         scale: Suggested factor by which a learner scales the values.
+        proprioceptive: Whether the robot itself can measure the values.
     """
     high = np.full(size, limit)
     return ObservationTerm(
-        read=lambda: np.minimum(np.maximum(read(), -limit), limit), low=-high, high=high, unit=unit, scale=scale
+        read=lambda: np.minimum(np.maximum(read(), -limit), limit),
+        low=-high,
+        high=high,
+        unit=unit,
+        scale=scale,
+        proprioceptive=proprioceptive,
     )

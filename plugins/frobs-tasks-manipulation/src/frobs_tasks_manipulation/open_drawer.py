@@ -27,6 +27,7 @@ class OpenDrawer(OpenTask):
         "during the last hold_steps control steps before the time limit, "
         "the drawer is at the target distance and moves slowly"
     )
+    instruction: ClassVar[str] = "Open the drawer by its handle to the target distance."
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.3 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to the handle",
         "open": "0.4 · max(1 − |target − q| / target, 0), where q is the opening of the drawer [m]",

@@ -60,6 +60,7 @@ class PegInsertion(CubeTask):
     success_rule: ClassVar[str] = (
         "during the last hold_steps control steps before the time limit, the peg is at rest and deep enough in the hole"
     )
+    instruction: ClassVar[str] = "Pick up the peg and insert it into the hole."
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to the grip position on the "
         "peg",

@@ -39,6 +39,7 @@ class PickAndPlace(CubeTask):
         "during the last hold_steps control steps before the time limit, "
         "the cube is within the tolerance of the goal and moves slowly"
     )
+    instruction: ClassVar[str] = "Pick up the cube and bring it to the goal."
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to the cube",
         "grip": "0.3 · (1 − tanh(2 d / size)), where size is the edge length of the cube",

@@ -38,6 +38,7 @@ class Push(CubeTask):
         "during the last hold_steps control steps before the time limit, "
         "the cube is within the tolerance of the goal and at rest"
     )
+    instruction: ClassVar[str] = "Push the cube across the floor to the goal."
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.3 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to a point 2 cm behind the "
         "cube; 0.3 if the cube is at the goal",

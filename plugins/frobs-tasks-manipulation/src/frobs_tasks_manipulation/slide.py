@@ -58,6 +58,7 @@ class Slide(CubeTask):
         "during the last hold_steps control steps before the time limit, "
         "the puck is within the tolerance of the goal and moves slowly"
     )
+    instruction: ClassVar[str] = "Hit the puck so that it slides to the goal."
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to the puck; "
         "0.2 once the puck has left the working area",

@@ -54,6 +54,7 @@ class Stack(CubeTask):
         "during the last hold_steps control steps before the time limit, "
         "the cube is released on the other cube and both cubes are at rest"
     )
+    instruction: ClassVar[str] = "Pick up the cube, put it on the other cube and move the gripper away."
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to the cube; "
         "0.2 if the cube is in its place",
@@ -95,7 +96,7 @@ class Stack(CubeTask):
         return {
             **{name: term for name, term in terms.items() if name not in ("goal", "goal_offset")},
             **self.near_terms(),
-            "gripper_effort": bounded(self._gripper_effort, 1, 1.5, "1"),
+            "gripper_effort": bounded(self._gripper_effort, 1, 1.5, "1", proprioceptive=True),
             **self.base.terms("base"),
             "goal_offset": terms["goal_offset"],
         }

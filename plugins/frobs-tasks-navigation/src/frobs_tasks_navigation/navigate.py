@@ -99,6 +99,7 @@ class Navigate(Task):
     physics_timestep: ClassVar[float] = 0.02
     late_terms: ClassVar[Sequence[str]] = ("way_point",)
     success_rule: ClassVar[str] = "the robot is within the tolerance of the last waypoint and has not collided"
+    instruction: ClassVar[str] = "Drive through all waypoints to the goal without touching anything."
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "progress": "progress_weight for each meter of progress toward the waypoint",
         "way_point": "way_point_reward at a waypoint except the last",

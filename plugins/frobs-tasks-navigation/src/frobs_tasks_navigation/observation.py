@@ -13,6 +13,7 @@ from frobs_tasks_navigation import terms
 OBSERVABLE = ("distance", "bearing", "direction", "position", "yaw", "way_point", "velocity", "lidar", "nearness")
 """Names of all available observation terms."""
 
+_PROPRIOCEPTIVE = ("velocity", "lidar", "nearness")  # measured by the robot, without knowledge of the floor plan
 _FASTEST = 10.0, 50.0  # [m/s, rad/s] upper limits of a robot's velocities, even in collisions
 _BEYOND = 2.0  # [m] maximum distance from the area at the step that ends the episode
 _ROUNDING = 1e-6  # [rad] amount by which float32's π exceeds π
@@ -46,6 +47,8 @@ def observable(
         bounds["lidar"] = nearest, farthest_ray, "m", 0.2
         bounds["nearness"] = terms.nearness(farthest_ray), terms.nearness(nearest), "1", 2.0
     return {
-        name: ObservationTerm(read=reads[name], low=low, high=high, unit=unit, scale=scale)
+        name: ObservationTerm(
+            read=reads[name], low=low, high=high, unit=unit, scale=scale, proprioceptive=name in _PROPRIOCEPTIVE
+        )
         for name, (low, high, unit, scale) in bounds.items()
     }

@@ -53,6 +53,7 @@ class ReachDynamic(Reach):
     """
 
     distance_term: ClassVar[str] = "tracking_error"
+    instruction: ClassVar[str] = "Keep the tool at the moving goal."
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "tracking_error": "−distance_weight · d, where d is the distance from the tool to the goal",
         **{name: meaning for name, meaning in Reach.reward_meanings.items() if name != "distance"},

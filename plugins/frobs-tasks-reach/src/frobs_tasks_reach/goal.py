@@ -75,6 +75,7 @@ class ReachGoal(Reach, GoalTask):
                 high=fastest,
                 unit="rad/s or m/s",
                 scale=0.2,
+                proprioceptive=True,
             ),
             "tcp_position": known["tcp_position"],
             "achieved_goal": replace(known["tcp_position"], key="achieved_goal"),

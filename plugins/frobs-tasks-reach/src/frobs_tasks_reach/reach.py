@@ -67,6 +67,7 @@ class Reach(EpisodeStart):
     control_timestep: ClassVar[float] = 0.04
     physics_timestep: ClassVar[float] = 0.002
     success_rule: ClassVar[str] = "the tool is within the tolerance of the goal at the time limit"
+    instruction: ClassVar[str] = "Move the tool to the goal and hold it there."
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "distance": "−distance_weight · d, where d is the distance from the tool to the goal",
         "precision": "precision_weight · exp(−(d / tolerance)²), which matters only within a few centimeters of the "
@@ -155,8 +156,11 @@ class Reach(EpisodeStart):
                 low=lowest[0],
                 high=highest[0],
                 unit="rad or m",
+                proprioceptive=True,
             ),
-            "tcp_position": ObservationTerm(read=lambda: self._tcp, low=low, high=high, unit="m", scale=2.0),
+            "tcp_position": ObservationTerm(
+                read=lambda: self._tcp, low=low, high=high, unit="m", scale=2.0, proprioceptive=True
+            ),
             "goal": ObservationTerm(read=lambda: self._goal, low=goal_low, high=goal_high, unit="m", scale=2.0),
             "goal_offset": ObservationTerm(
                 read=lambda: self._offset, low=goal_low - high, high=goal_high - low, unit="m", scale=2.0

@@ -41,6 +41,7 @@ class ReachTogether(Task):
     success_rule: ClassVar[str] = (
         "the tools of all robots are within the tolerance of their goals when the time limit ends the episode"
     )
+    instruction: ClassVar[str] = "Move the tool of each robot to its goal and hold it there."
 
     parts: Mapping[str, Reach]
 

@@ -15,6 +15,7 @@ from typing import Any, Self
 
 _log = logging.getLogger("frobs")
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_WARNING = "Training stops after the current rollout and writes a checkpoint; %s stops training immediately."
 
 
 class TrainingInterrupt(KeyboardInterrupt):
@@ -41,11 +42,15 @@ class TrainingInterrupt(KeyboardInterrupt):
 class Interrupts:
     """Context manager that catches Ctrl-C and SIGTERM in the main thread.
 
+    Args:
+        text: Warning after the first signal. ``%s`` is replaced by the signal that stops immediately.
+
     Attributes:
         requested: Number of the received signal, or None if no signal was received.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, text: str = _WARNING) -> None:
+        self._text = text
         self.requested: int | None = None
         self._before: dict[int, Any] = {}
 
@@ -68,6 +73,5 @@ class Interrupts:
             raise KeyboardInterrupt
         self.requested = signum
         again = "Ctrl-C again" if signum == signal.SIGINT else "another SIGTERM"
-        text = "Training stops after the current rollout and writes a checkpoint; %s stops training immediately."
         # In a thread, because the signal may have arrived while this thread was writing to the same stream.
-        threading.Thread(target=_log.warning, args=(text, again)).start()
+        threading.Thread(target=_log.warning, args=(self._text, again)).start()

@@ -1,0 +1,52 @@
+"""Robot data sets in the format LeRobotDataset v3.0: write, read, check and edit them, and train on them.
+
+layout.py     features, episodes and paths of a data set
+dataset.py    reads a data set
+writer.py     writes a data set, one episode at a time
+joining.py    combines episodes into large files
+video.py      encodes, decodes and copies videos
+stats.py      statistics of features
+training.py   arrays for learning algorithms
+edit.py       merge, split, check and export data sets
+cli/          commands
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from frobs_data.dataset import Dataset as Dataset
+    from frobs_data.edit import check as check
+    from frobs_data.edit import merge as merge
+    from frobs_data.edit import split as split
+    from frobs_data.errors import DataError as DataError
+    from frobs_data.layout import Episode as Episode
+    from frobs_data.layout import Feature as Feature
+    from frobs_data.recording import record as record
+    from frobs_data.replaying import Replay as Replay
+    from frobs_data.replaying import replay as replay
+    from frobs_data.training import training_arrays as training_arrays
+    from frobs_data.writer import DatasetWriter as DatasetWriter
+
+_MODULES = {
+    "DataError": "errors",
+    "Dataset": "dataset",
+    "DatasetWriter": "writer",
+    "Episode": "layout",
+    "Feature": "layout",
+    "Replay": "replaying",
+    "check": "edit",
+    "merge": "edit",
+    "record": "recording",
+    "replay": "replaying",
+    "split": "edit",
+    "training_arrays": "training",
+}
+
+__all__ = list(_MODULES)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)

@@ -1,0 +1,207 @@
+"""``frobs data``: show, check and edit data sets."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from frobs_cli.errors import CommandLineError
+from frobs_cli.formats import duration, number, percent
+from frobs_cli.options import Json
+from frobs_cli.output import print_json, print_line, print_table, print_title, working
+
+if TYPE_CHECKING:
+    from frobs_data import Dataset
+
+Folder = Annotated[Path, typer.Argument(metavar="FOLDER", show_default=False, help="Folder of the data set.")]
+Out = Annotated[Path, typer.Option(metavar="FOLDER", show_default=False, help="New folder to write.")]
+
+
+class Format(StrEnum):
+    """Formats of ``frobs data export``."""
+
+    minari = "minari"
+
+
+def show(
+    folder: Folder,
+    picture: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            dir_okay=False,
+            show_default=False,
+            help="Also draw the first pictures and the distribution of the actions as a PNG file.",
+        ),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Show the size, the success rate and the features of a data set.
+
+    Example:
+        $ frobs data show demos
+        $ frobs data show demos --picture demos.png
+    """
+    from frobs_data import Dataset
+    from frobs_data.picture import draw
+
+    dataset = Dataset(folder)
+    summary = _summarize(dataset)
+    drawn = None if picture is None else draw(dataset, picture)
+    if json:
+        print_json({**summary, "picture": drawn})
+        return
+    length = summary["length"]
+    rows = [
+        ["robot", summary["robot_type"] or "–"],
+        ["episodes", f"{summary['episodes']:,}"],
+        ["frames", f"{summary['frames']:,}, {summary['fps']} per second, {duration(summary['seconds'])}"],
+        ["length", f"{length['shortest']:,} to {length['longest']:,} frames, mean {number(length['mean'])}"],
+        ["success", "–" if summary["success_rate"] is None else percent(summary["success_rate"], 1)],
+        ["tasks", "; ".join(summary["tasks"][:5]) or "–"],
+    ]
+    print_title(str(folder))
+    print_table(["", ""], rows, header=False)
+    print_line()
+    features = [
+        [name, item["dtype"], " × ".join(map(str, item["shape"])), _range(item)]
+        for name, item in summary["features"].items()
+    ]
+    print_table(["feature", "type", "shape", "range"], features)
+    if drawn is not None:
+        print_line(str(drawn))
+
+
+def check(folder: Folder, json: Json = False) -> None:
+    """Read everything in a data set, including the videos, and report what is wrong.
+
+    Exits with status 1 if there is a problem.
+
+    Example:
+        $ frobs data check demos
+    """
+    from frobs_data import check as check_dataset
+
+    with working(f"reading {folder}"):
+        problems = check_dataset(folder)
+    if json:
+        print_json({"problems": problems})
+    else:
+        for line in problems[:100] or ["no problems found"]:
+            print_line(line)
+    if problems:
+        raise typer.Exit(1)
+
+
+def merge(
+    folders: Annotated[
+        list[Path], typer.Argument(metavar="FOLDER...", show_default=False, help="Folders of the data sets.")
+    ],
+    out: Out,
+) -> None:
+    """Combine data sets of the same robot, rate and features into a new one.
+
+    Videos are copied without loss.
+
+    Example:
+        $ frobs data merge monday tuesday --out both
+    """
+    from frobs_data import merge as merge_datasets
+
+    with working("merging"):
+        made = merge_datasets(folders, out)
+    print_line(f"{out}: {len(made.episodes):,} episodes, {len(made):,} frames")
+
+
+def split(
+    folder: Folder,
+    part: Annotated[
+        list[str],
+        typer.Option(
+            metavar="NAME=PART",
+            show_default=False,
+            help="Name of a part, and a fraction of the episodes ('train=0.9') or the episodes ('test=0-9,20'). Repeat "
+            "the option for each part.",
+        ),
+    ],
+    out: Out,
+) -> None:
+    """Divide a data set into several new ones, each in a folder below --out.
+
+    Videos are copied without loss.
+
+    Example:
+        $ frobs data split demos --part train=0.9 --part test=0.1 --out parts
+        $ frobs data split demos --part first=0-9 --part rest=10-99 --out parts
+    """
+    from frobs_data import split as split_dataset
+
+    with working("splitting"):
+        made = split_dataset(folder, dict(map(_read_part, part)), out)
+    for name, dataset in made.items():
+        print_line(f"{out / name}: {len(dataset.episodes):,} episodes, {len(dataset):,} frames")
+
+
+def export(
+    folder: Folder,
+    to: Annotated[Format, typer.Option(show_default=False, help="Format to write.")],
+    name: Annotated[str, typer.Option(metavar="ID", show_default=False, help="ID of the Minari data set.")],
+) -> None:
+    """Write the vectors, actions and rewards of a data set in another format.
+
+    Example:
+        $ frobs data export demos --to minari --name frobs/pick-v0
+    """
+    from frobs_data.edit import export_minari
+
+    with working(f"writing for {to}"):
+        path = export_minari(folder, name)
+    print_line(str(path))
+
+
+def _read_part(text: str) -> tuple[str, Any]:
+    name, _, value = text.partition("=")
+    try:
+        if "." in value or value == "1":
+            return name, float(value)
+        ranges = [(first, last or first) for first, _, last in (item.partition("-") for item in value.split(","))]
+        if sum(len(first) + len(last) > 20 for first, last in ranges):
+            raise ValueError
+        bounds = [(int(first), min(int(last), 10**6)) for first, last in ranges]
+        return name, [index for first, last in bounds for index in range(first, last + 1)]
+    except ValueError:
+        raise CommandLineError("--part", f"'{text}' is not NAME=0.9 or NAME=0-9,20.") from None
+
+
+def _summarize(dataset: Dataset) -> dict[str, Any]:
+    lengths = [episode.length for episode in dataset.episodes] or [0]
+    features: dict[str, Any] = {}
+    success = None
+    for name, feature in dataset.features.items():
+        features[name] = {"dtype": feature.dtype, "shape": feature.shape, "min": None, "max": None}
+        if feature.is_numeric and dataset.episodes:
+            values = dataset.columns([name])[name]
+            features[name] |= {"min": values.min(), "max": values.max()}
+            if name == "next.success":
+                last = [sum(lengths[: index + 1]) - 1 for index in range(len(lengths))]
+                success = float(values.reshape(len(values), -1)[last, 0].mean())
+    return {
+        "folder": str(dataset.folder),
+        "robot_type": dataset.robot_type,
+        "episodes": len(dataset.episodes),
+        "frames": len(dataset),
+        "fps": dataset.fps,
+        "seconds": len(dataset) / dataset.fps,
+        "length": {"shortest": min(lengths), "longest": max(lengths), "mean": sum(lengths) / len(lengths)},
+        "success_rate": success,
+        "tasks": list(dataset.tasks),
+        "settings": dataset.settings,
+        "features": features,
+    }
+
+
+def _range(item: dict[str, Any]) -> str:
+    return "" if item["min"] is None else f"{number(float(item['min']))} to {number(float(item['max']))}"

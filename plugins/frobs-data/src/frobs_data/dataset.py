@@ -1,0 +1,269 @@
+"""Reads LeRobotDataset v3.0 folders."""
+
+from __future__ import annotations
+
+import math
+import zipfile
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from frobs_core.util.errors import check_name
+from frobs_core.util.files import check_regular, read_json
+from frobs_data.budgets import BUDGET
+from frobs_data.errors import DataError
+from frobs_data.layout import (
+    EPISODES_PATH,
+    INDEX,
+    SETTINGS_PATH,
+    START_PATH,
+    Episode,
+    Feature,
+    Place,
+    VideoPart,
+    fill,
+    read_info,
+)
+from frobs_data.tables import column_array, damaged, open_table, read_table
+from frobs_data.video import decode
+
+_METADATA = "bytes of a metadata file, decompressed"
+
+
+class Dataset:
+    """A data set in a LeRobotDataset v3.0 folder. Frames and pictures are read when they are requested.
+
+    Args:
+        folder: The folder, which contains ``meta/info.json``.
+
+    Attributes:
+        folder: The folder.
+        fps: Frames per second [1/s].
+        robot_type: Name of the robot, or None.
+        features: Columns and cameras by name.
+        tasks: Sentences that describe the tasks, by task index.
+        episodes: Episodes in order.
+        settings: What ``frobs record`` stored about the environment, or None for data sets of other programs.
+
+    Raises:
+        DataError: A file is missing or damaged, contradicts another file, or exceeds a limit.
+    """
+
+    def __init__(self, folder: Path | str) -> None:
+        self.folder = Path(folder)
+        self.info = read_info(self.folder)
+        self.fps, self.robot_type = self.info.fps, self.info.robot_type
+        self.features: Mapping[str, Feature] = self.info.features
+        self.tasks: Sequence[str] = self._read_tasks()
+        self.episodes: Sequence[Episode] = self._read_episodes()
+        self.settings: Mapping[str, Any] | None = self._read_settings()
+        self._check_files()
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return self.info.frames
+
+    def data_path(self, place: Place) -> Path:
+        """Return the path of a data file."""
+        return self.folder / fill(self.info.data_path, place)
+
+    def video_path(self, key: str, place: Place) -> Path:
+        """Return the path of a video of the camera ``key``."""
+        return self.folder / fill(self.info.video_path, place, key)
+
+    def columns(self, names: Sequence[str], episodes: Sequence[int] | None = None) -> dict[str, np.ndarray[Any, Any]]:
+        """Read columns.
+
+        Args:
+            names: Features that are columns of numbers.
+            episodes: Numbers of the episodes, or None for all.
+
+        Returns:
+            One array per name, (frames, …) with the dtype of the feature, or (frames,) for the shape ``(1,)``. The
+            episodes follow each other in the given order.
+
+        Raises:
+            UnknownNameError: There is no such feature.
+            DataError: A file is damaged, or a feature is not numeric.
+        """
+        for name in names:
+            if not self.features[check_name("feature", name, self.features)].is_numeric:
+                raise DataError(self.folder, f"the feature '{name}' is no column of numbers.")
+        chosen = [self.episodes[index] for index in (range(len(self.episodes)) if episodes is None else episodes)]
+        parts: dict[str, list[np.ndarray[Any, Any]]] = {name: [] for name in names}
+        for place, group in groupby(chosen, key=lambda episode: episode.place):
+            for name, values in self._read_file(place, list(group), names).items():
+                parts[name].append(values)
+        empty = {name: np.zeros((0, *self._row_shape(name)), self.features[name].dtype) for name in names}
+        return {name: np.concatenate(found) if found else empty[name] for name, found in parts.items()}
+
+    def pictures(self, episode: int, key: str) -> np.ndarray[Any, Any]:
+        """Return the pictures of a camera in one episode, (length, height, width, 3) uint8.
+
+        Raises:
+            UnknownNameError: There is no such camera.
+            DataError: The video is damaged, or the pictures would need too much memory.
+        """
+        check_name("camera", key, self.info.cameras)
+        shape = (self.episodes[episode].length, *self.features[key].shape)
+        limit = BUDGET["bytes of decoded pictures in memory"]
+        if math.prod(shape) > limit:
+            raise DataError(self.folder, f"the pictures of episode {episode} need more than {limit:,} bytes of memory.")
+        pictures = np.empty(shape, np.uint8)
+        for row, picture in zip(pictures, self.iter_pictures(episode, key), strict=True):
+            row[:] = picture
+        return pictures
+
+    def iter_pictures(self, episode: int, key: str) -> Iterator[np.ndarray[Any, Any]]:
+        """Yield the pictures of :meth:`pictures` one by one."""
+        check_name("camera", key, self.info.cameras)
+        found = self.episodes[episode]
+        part = found.videos[key]
+        return decode(self.video_path(key, part.place), part, found.length, self.fps, self.features[key])
+
+    def start_state(self, episode: int) -> dict[str, np.ndarray[Any, Any]] | None:
+        """Return the state of the simulation at the start of an episode, or None if it was not recorded.
+
+        Raises:
+            DataError: The file is damaged or too large.
+        """
+        path = self.folder / START_PATH.format(self.episodes[episode].index)
+        limit = BUDGET["bytes of a start state"]
+        try:
+            check_regular(path, limit)
+            with zipfile.ZipFile(path) as archive:
+                if sum(item.file_size for item in archive.infolist()) > limit:
+                    raise DataError(path, f"the start state is larger than {limit:,} bytes.")
+            with np.load(path, allow_pickle=False) as arrays:
+                return {name: arrays[name] for name in arrays.files}
+        except FileNotFoundError:
+            return None
+        except (OSError, ValueError, RuntimeError, KeyError, EOFError, MemoryError) as error:
+            raise damaged(path, error) from error
+        except (zipfile.BadZipFile, zlib.error, SyntaxError, TypeError) as error:
+            raise damaged(path, error) from error
+
+    def rows(self, episodes: Sequence[int]) -> list[dict[str, Any]]:
+        """Return the complete metadata of episodes, with their statistics, as ``meta/episodes`` stores it."""
+        found: dict[int, dict[str, Any]] = {}
+        chosen = [self.episodes[index] for index in episodes]
+        for place in dict.fromkeys(episode.listed for episode in chosen):
+            path = self.folder / fill(EPISODES_PATH, place)
+            file = open_table(path, _METADATA, BUDGET["episodes"])
+            table = read_table(file, path, file.schema_arrow.names)
+            wanted = {episode.index for episode in chosen if episode.listed == place}
+            kept = [row for row, index in enumerate(table["episode_index"].to_pylist()) if index in wanted]
+            found.update({row["episode_index"]: row for row in table.take(kept).to_pylist()})
+        return [found[episode.index] for episode in chosen]
+
+    def _row_shape(self, name: str) -> tuple[int, ...]:
+        shape = self.features[name].shape
+        return () if shape == (1,) else shape
+
+    def _read_file(
+        self, place: Place, episodes: Sequence[Episode], names: Sequence[str]
+    ) -> dict[str, np.ndarray[Any, Any]]:
+        path = self.data_path(place)
+        table = read_table(open_table(path, "bytes of a data file", BUDGET["frames"]), path, [*names, "episode_index"])
+        numbers = column_array(table["episode_index"], INDEX["episode_index"], path, "episode_index")
+        if np.any(np.diff(numbers) < 0):
+            raise DataError(path, "the rows are not in the order of the episodes.")
+        indices = [episode.index for episode in episodes]
+        firsts, ends = np.searchsorted(numbers, indices), np.searchsorted(numbers, indices, side="right")
+        for episode, first, end in zip(episodes, firsts, ends, strict=True):
+            if end - first != episode.length:
+                expected = f"meta/episodes lists {episode.length:,}"
+                raise DataError(path, f"episode {episode.index} has {end - first:,} rows, but {expected}.")
+        arrays = {name: column_array(table[name], self.features[name], path, name) for name in names}
+        if indices == list(range(indices[0], indices[-1] + 1)):  # the usual case needs no copy
+            return {name: values[firsts[0] : ends[-1]] for name, values in arrays.items()}
+        rows = np.concatenate([np.arange(first, end) for first, end in zip(firsts, ends, strict=True)])
+        return {name: values[rows] for name, values in arrays.items()}
+
+    def _read_tasks(self) -> list[str]:
+        path = self.folder / "meta" / "tasks.parquet"
+        if self.info.episodes == 0 and not path.exists():
+            return []
+        table = read_table(open_table(path, _METADATA, BUDGET["tasks"]), path, ["task_index", *_task_column(path)])
+        tasks = sorted(zip(table["task_index"].to_pylist(), table[1].to_pylist(), strict=True))
+        if [index for index, _ in tasks] != list(range(len(tasks))) or not all(type(task) is str for _, task in tasks):
+            raise DataError(path, "the table must contain one sentence for each task index.")
+        return [task for _, task in tasks]
+
+    def _read_settings(self) -> Mapping[str, Any] | None:
+        path = self.folder / SETTINGS_PATH
+        try:
+            return read_json(path)
+        except FileNotFoundError:
+            return None
+        except OSError as error:
+            raise damaged(path, error) from error
+
+    def _read_episodes(self) -> list[Episode]:
+        """Read ``meta/episodes``. An episode that two files list was being moved to the first of them."""
+        found: dict[int, Episode] = {}
+        names = ["episode_index", "length", "tasks", "data/chunk_index", "data/file_index"]
+        parts = ("chunk_index", "file_index", "from_timestamp", "to_timestamp")
+        names += [f"videos/{camera}/{part}" for camera in self.info.cameras for part in parts]
+        for path in sorted(self.folder.glob("meta/episodes/chunk-*/file-*.parquet")):
+            try:
+                listed = int(path.parent.name[6:]), int(path.stem[5:])
+            except ValueError:
+                raise DataError(path, "the file's name must be file-NNN.parquet, in a folder chunk-NNN.") from None
+            table = read_table(open_table(path, _METADATA, BUDGET["episodes"]), path, names)
+            for row in table.to_pylist():
+                episode = self._episode(path, row, listed)
+                if episode.index < self.info.episodes:
+                    found.setdefault(episode.index, episode)
+        missing = next((index for index in range(self.info.episodes) if index not in found), None)
+        if missing is not None:
+            raise DataError(self.folder / "meta" / "episodes", f"episode {missing} is not listed.")
+        episodes = [found[index] for index in range(self.info.episodes)]
+        frames = sum(episode.length for episode in episodes)
+        if frames != self.info.frames:
+            reason = f"the episodes have {frames:,} frames, but info.json says {self.info.frames:,}"
+            raise DataError(self.folder / "meta" / "info.json", f"{reason}.")
+        return episodes
+
+    def _episode(self, path: Path, row: Mapping[str, Any], listed: Place) -> Episode:
+        def whole(name: str, most: int) -> int:
+            if type(row[name]) is not int or not 0 <= row[name] <= most:
+                raise DataError(path, f"'{name}' is {row[name]!r:.40}; it must be a whole number up to {most:,}.")
+            return int(row[name])
+
+        length, files = whole("length", BUDGET["frames"]), 10**6
+        videos = {}
+        for camera in self.info.cameras:
+            name = f"videos/{camera}"
+            start, end = row[f"{name}/from_timestamp"], row[f"{name}/to_timestamp"]
+            if type(start) is not float or type(end) is not float or not 0 <= start < end < 1e9:
+                raise DataError(path, f"the times {start!r:.30} and {end!r:.30} of '{name}' are no part of a video.")
+            if abs((end - start) * self.fps - length) > 1:
+                raise DataError(path, f"'{name}' lasts {end - start:.3f} s, which does not fit {length:,} frames.")
+            place = whole(f"{name}/chunk_index", files), whole(f"{name}/file_index", files)
+            videos[camera] = VideoPart(place, start, end)
+        tasks = row["tasks"]
+        if not isinstance(tasks, list) or not all(type(task) is str for task in tasks):
+            raise DataError(path, "'tasks' must be a list of sentences.")
+        place = whole("data/chunk_index", files), whole("data/file_index", files)
+        return Episode(whole("episode_index", BUDGET["episodes"]), length, tuple(tasks), place, videos, listed)
+
+    def _check_files(self) -> None:
+        videos = {(key, part.place) for episode in self.episodes for key, part in episode.videos.items()}
+        paths = {self.data_path(place): "data" for place in {episode.place for episode in self.episodes}}
+        paths.update({self.video_path(key, place): "video" for key, place in videos})
+        for path, kind in paths.items():
+            try:
+                check_regular(path, BUDGET[f"bytes of a {kind} file"])
+            except OSError as error:
+                raise damaged(path, error) from error
+
+
+def _task_column(path: Path) -> list[str]:
+    """Return the name of the column with the sentences, which LeRobot 0.4.0 named differently."""
+    names = open_table(path, _METADATA, BUDGET["tasks"]).schema_arrow.names
+    return [next((name for name in names if name != "task_index"), "task")]

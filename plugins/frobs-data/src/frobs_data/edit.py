@@ -1,0 +1,235 @@
+"""Merges, splits, checks and exports data sets."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import accumulate
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from frobs_core.util.errors import MissingDependencyError, ParameterValueError
+from frobs_core.util.files import read_json, write_json
+from frobs_data.dataset import Dataset
+from frobs_data.errors import DataError
+from frobs_data.joining import PARTIAL, Joiner, row_stats, write_start_state, write_summary
+from frobs_data.layout import SETTINGS_PATH, Info
+from frobs_data.stats import PictureStats, merge_stats, vector_stats
+
+_CLOSE = 1e-3
+"""Permitted difference of statistics, relative to the range of a feature. LeRobot computes some in single precision."""
+
+
+def merge(folders: Sequence[Path | str], out: Path | str) -> Dataset:
+    """Combine data sets into a new one. The videos are copied without encoding them again.
+
+    Args:
+        folders: The data sets. They must have the same rate, robot and features.
+        out: Folder of the new data set, which must not exist or must be empty.
+
+    Raises:
+        DataError: The data sets differ, one of them is damaged, or the folder is not empty.
+    """
+    sets = [Dataset(folder) for folder in folders]
+    for name in ("fps", "robot_type", "features"):
+        values = [getattr(dataset.info, name) for dataset in sets]
+        if other := next((i for i, value in enumerate(values) if value != values[0]), None):
+            raise DataError(sets[other].folder, f"the data set has other {name} than {sets[0].folder}.")
+    return _assemble([(dataset, range(len(dataset.episodes))) for dataset in sets], Path(out))
+
+
+def split(folder: Path | str, parts: Mapping[str, float | Sequence[int]], out: Path | str) -> dict[str, Dataset]:
+    """Divide a data set into several new ones. The videos are copied without encoding them again.
+
+    Args:
+        folder: The data set.
+        parts: Fraction of the episodes, or the numbers of the episodes, of each part. Fractions take successive
+            episodes.
+        out: Folder in which each part gets a folder with its name.
+
+    Returns:
+        The parts by name.
+
+    Raises:
+        ParameterValueError: The fractions exceed 1, an episode does not exist, or a part is empty.
+        DataError: The data set is damaged, or the folder of a part is not empty.
+    """
+    dataset = Dataset(folder)
+    count = len(dataset.episodes)
+    fractions = [share if isinstance(share, int | float) else 0.0 for share in parts.values()]
+    if not all(math.isfinite(share) and share >= 0 for share in fractions) or sum(fractions) > 1 + 1e-9:
+        raise ParameterValueError("parts", dict(parts), "fractions with a sum of at most 1, or lists of episodes")
+    ends = [round(count * end) for end in accumulate(fractions, initial=0.0)]
+    chosen: dict[str, Sequence[int]] = {}
+    for (name, part), begin, end in zip(parts.items(), ends, ends[1:], strict=False):
+        chosen[name] = range(begin, end) if isinstance(part, int | float) else list(part)
+        if not chosen[name] or not all(0 <= index < count for index in chosen[name]) or Path(name).name != name:
+            raise ParameterValueError(f"parts.{name}", part, f"at least one of {count} episodes, for a folder's name")
+    return {name: _assemble([(dataset, episodes)], Path(out) / name) for name, episodes in chosen.items()}
+
+
+def _assemble(sources: Sequence[tuple[Dataset, Sequence[int]]], out: Path) -> Dataset:
+    first = sources[0][0]
+    if out.exists() and any(out.iterdir()):
+        raise DataError(out, "the folder is not empty; choose another folder.")
+    info = Info(first.fps, first.robot_type, dict(first.features), codecs=first.info.codecs)
+    tasks: list[str] = []
+    try:
+        (out / PARTIAL).mkdir(parents=True, exist_ok=True)
+        joiner = Joiner(out, info, tasks)
+        for dataset, episodes in sources:
+            for index, episode in enumerate(episodes, info.episodes):
+                if state := dataset.start_state(episode):
+                    write_start_state(out, index, state)
+            info.frames = joiner.add(dataset, episodes, info.episodes, info.frames)
+            info.episodes += len(episodes)
+        settings = [dataset.settings or {} for dataset, _ in sources]
+        if shared := {
+            key: value for key, value in settings[0].items() if all(other.get(key) == value for other in settings)
+        }:
+            write_json(out / SETTINGS_PATH, shared)
+        joiner.commit()
+        parts = [row_stats(row) for row in joiner.rows]
+        stats = {
+            name: merge_stats([part[name] for part in parts])
+            for name in info.features
+            if all(name in part for part in parts)
+        }
+        write_summary(out, info, tasks, stats)
+        (out / PARTIAL).rmdir()
+    except OSError as error:
+        raise DataError(
+            out, f"the data set cannot be written: {error.strerror or error}; free space and try again."
+        ) from error
+    return Dataset(out)
+
+
+def check(folder: Path | str) -> list[str]:
+    """Read everything in a data set.
+
+    Returns:
+        One line for each problem of the content: numbers that are not finite, frames whose index or time is wrong,
+        statistics that differ from the data, and videos that cannot be decoded.
+
+    Raises:
+        DataError: The data set cannot be opened.
+    """
+    dataset = Dataset(folder)
+    problems: list[str] = []
+    try:
+        expected = read_json(dataset.folder / "meta" / "stats.json")
+    except OSError as error:
+        expected = {}
+        problems.append(f"meta/stats.json cannot be read: {error.strerror}")
+    names = [name for name, feature in dataset.features.items() if feature.is_numeric]
+    parts: dict[str, list[Any]] = {name: [] for name in dataset.features}
+    first = 0
+    for episode in dataset.episodes:
+        try:
+            columns = dataset.columns(names, [episode.index])
+            problems += _check_columns(episode.index, columns, first, dataset)
+            for name, stats in vector_stats(columns).items():
+                parts[name].append(stats)
+            for camera in dataset.info.cameras:
+                pictures = PictureStats()
+                for picture in dataset.iter_pictures(episode.index, camera):
+                    pictures.add(picture)
+                parts[camera].append(pictures.result())
+        except DataError as error:
+            problems.append(f"episode {episode.index}: {error}")
+        first += episode.length
+    for name, found in parts.items():
+        if len(found) == len(dataset.episodes) > 0:
+            problems += _compare(name, merge_stats(found), expected.get(name), dataset.features[name].is_video)
+    return problems
+
+
+def _check_columns(
+    number: int, columns: Mapping[str, np.ndarray[Any, Any]], first: int, dataset: Dataset
+) -> Iterable[str]:
+    frames = np.arange(dataset.episodes[number].length)
+    for name, values in columns.items():
+        if not np.isfinite(values).all():
+            yield f"episode {number}: '{name}' is not finite in {(~np.isfinite(values)).sum()} places"
+    for name, right in (("frame_index", frames), ("index", frames + first)):
+        if not np.array_equal(columns[name], right):
+            yield f"episode {number}: '{name}' does not count the frames"
+    if not np.allclose(columns["timestamp"], frames / dataset.fps, atol=1e-3):
+        yield f"episode {number}: 'timestamp' does not fit {dataset.fps} frames per second"
+    if not np.isin(columns["task_index"], range(len(dataset.tasks))).all():
+        yield f"episode {number}: 'task_index' has no sentence in meta/tasks.parquet"
+
+
+def _compare(name: str, stats: Mapping[str, Any], expected: Any, is_video: bool) -> Iterable[str]:
+    """Compare statistics. Quantiles depend on the method, and pictures on the encoder."""
+    for key in ("min", "max", "mean", "std") if not is_video else ("mean",):
+        try:
+            given = np.asarray(expected[key], float).reshape(np.shape(stats[key]))
+        except (KeyError, TypeError, ValueError):
+            yield f"meta/stats.json has no valid {key} of '{name}'"
+            return
+        scale = 20.0 if is_video else np.maximum(np.asarray(stats["max"] - stats["min"]), 1e-3)
+        if not np.all(np.abs(given - stats[key]) <= _CLOSE * scale):
+            yield f"the {key} of '{name}' in meta/stats.json differs from the data"
+
+
+def export_minari(folder: Path | str, name: str) -> Path:
+    """Write a data set for Minari, with the vectors of the observation side by side.
+
+    Minari needs an observation after the last action, which LeRobot does not store: the last one is repeated.
+
+    Args:
+        folder: The data set.
+        name: ID of the Minari data set, such as ``"frobs/pick-v0"``. It is stored in Minari's folder.
+
+    Returns:
+        The folder of the Minari data set.
+
+    Raises:
+        MissingDependencyError: Minari is not installed.
+        DataError: The data set is damaged, or Minari rejects the name.
+    """
+    try:
+        import minari
+        from minari.data_collector import EpisodeBuffer
+    except ImportError as error:
+        raise MissingDependencyError("the export", ["minari"], "pip install 'frobs-data[minari]'") from error
+    from gymnasium.spaces import Box
+
+    dataset = Dataset(folder)
+    vectors = [
+        key for key, feature in dataset.features.items() if key.startswith("observation.") and feature.is_numeric
+    ]
+    buffers = []
+    for episode in dataset.episodes:
+        optional = [key for key in ("next.reward", "next.terminated") if key in dataset.features]
+        found = dataset.columns([*vectors, "action", *optional], [episode.index])
+        observation = np.concatenate(
+            [found[key].reshape(episode.length, -1) for key in vectors], axis=1, dtype=np.float32
+        )
+        ended = found.get("next.terminated", np.zeros(episode.length, bool))
+        buffers.append(
+            EpisodeBuffer(
+                id=episode.index,
+                observations=np.concatenate([observation, observation[-1:]]),
+                actions=found["action"],
+                rewards=found.get("next.reward", np.zeros(episode.length, np.float32)),
+                terminations=ended,
+                truncations=(np.arange(episode.length) == episode.length - 1) & ~ended,
+            )
+        )
+    spaces = [
+        Box(-np.inf, np.inf, (sum(dataset.features[key].size for key in keys),), np.float32)
+        for keys in (vectors, ["action"])
+    ]
+    try:
+        with warnings.catch_warnings(action="ignore"):  # Minari warns about each description that is missing
+            made = minari.create_dataset_from_buffers(
+                name, buffers, observation_space=spaces[0], action_space=spaces[1]
+            )
+    except (ValueError, OSError) as error:
+        raise DataError(folder, f"Minari cannot write '{name}': {error}") from error
+    return Path(made.storage.data_path).parent

@@ -1,0 +1,95 @@
+"""Reads Parquet files of strangers within limits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from frobs_core.util.files import check_regular
+from frobs_data.budgets import BUDGET
+from frobs_data.errors import DataError
+from frobs_data.layout import Feature
+
+_DAMAGE = (pa.ArrowException, OSError, ValueError, KeyError, TypeError, MemoryError)
+
+
+def open_table(path: Path, limit: str, rows: int) -> pq.ParquetFile:
+    """Open a Parquet file.
+
+    Args:
+        path: The file.
+        limit: Key of :data:`~frobs_data.budgets.BUDGET` with the size limit.
+        rows: Maximum number of rows.
+
+    Raises:
+        DataError: The file is missing or damaged, or exceeds a limit.
+    """
+    try:
+        check_regular(path, BUDGET[limit])
+        file = pq.ParquetFile(path, memory_map=False, pre_buffer=False)
+        meta = file.metadata
+        groups = [meta.row_group(index) for index in range(meta.num_row_groups)]
+        size = sum(group.total_byte_size for group in groups)
+        if size > BUDGET[limit]:
+            raise DataError(path, f"the table has {size:,} bytes; the limit is {BUDGET[limit]:,}.")
+        if not 0 <= meta.num_rows <= rows or sum(group.num_rows for group in groups) != meta.num_rows:
+            raise DataError(path, f"the table has {meta.num_rows:,} rows; meta/info.json allows {rows:,}.")
+    except _DAMAGE as error:
+        raise damaged(path, error) from error
+    return file
+
+
+def read_table(file: pq.ParquetFile, path: Path, columns: Sequence[str]) -> pa.Table:
+    """Read columns of an open file.
+
+    Raises:
+        DataError: A column is missing, or the file is damaged.
+    """
+    missing = [name for name in columns if name not in file.schema_arrow.names]
+    if missing:
+        raise DataError(path, f"the table has no column {', '.join(map(repr, missing))}.")
+    try:
+        return file.read(columns=list(columns), use_threads=False)
+    except _DAMAGE as error:
+        raise damaged(path, error) from error
+
+
+def column_array(column: pa.ChunkedArray, feature: Feature, path: Path, name: str) -> np.ndarray[Any, Any]:
+    """Convert a column of numbers to an array, (rows, …), or (rows,) for the shape ``(1,)``.
+
+    Raises:
+        DataError: The column does not have the data type or shape that ``meta/info.json`` declares.
+    """
+    rows, array = len(column), column.combine_chunks()
+    try:
+        while pa.types.is_nested(array.type):
+            if array.null_count:
+                raise ValueError("it contains empty values")
+            array = array.flatten()
+        if array.null_count or not _is_number(array.type):
+            raise ValueError("it contains empty values or no numbers")
+        shape = () if feature.shape == (1,) else feature.shape
+        values: np.ndarray[Any, Any] = array.to_numpy(zero_copy_only=False)
+        return values.astype(feature.dtype, copy=False).reshape(rows, *shape)
+    except (*_DAMAGE, AttributeError) as error:
+        expected = f"{feature.dtype} values of shape {feature.shape}"
+        raise DataError(path, f"the column '{name}' must contain {expected}: {_line(error)}.") from error
+
+
+def damaged(path: Path, error: BaseException) -> DataError:
+    """Return the error for a file that cannot be read."""
+    return DataError(path, f"the file is missing or damaged: {_line(error)}; download or record it again.")
+
+
+def _is_number(kind: pa.DataType) -> bool:
+    return bool(pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind))
+
+
+def _line(error: BaseException) -> str:
+    text = getattr(error, "strerror", None) or str(error) or type(error).__name__
+    return str(text).splitlines()[0].rstrip(".")[:300]

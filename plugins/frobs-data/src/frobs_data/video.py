@@ -1,0 +1,192 @@
+"""Encodes, decodes and copies videos with PyAV."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from frobs_data.errors import DataError
+from frobs_data.layout import Feature, VideoPart
+
+os.environ.setdefault("SVT_LOG", "1")  # SVT-AV1 prints its settings otherwise
+
+import av
+import av.error
+
+_OPTIONS = {"libsvtav1": {"preset": "12", "crf": "30"}, "libx264": {"bf": "0", "crf": "23"}}
+CODECS = {"libsvtav1": "av1", "libx264": "h264"}
+"""Name in ``info.json`` of each supported encoder's codec."""
+
+
+class Encoder:
+    """Writes the pictures of one episode to an MP4 file.
+
+    Args:
+        path: The file.
+        fps: Pictures per second [1/s].
+        shape: (height, width, 3) of the pictures. Height and width must be even.
+        codec: Name of the encoder, a key of :data:`CODECS`.
+    """
+
+    def __init__(self, path: Path, fps: int, shape: tuple[int, ...], codec: str) -> None:
+        self.length = 0
+        self._time_base = Fraction(1, fps)
+        self._box = av.open(str(path), "w")
+        stream: Any = self._box.add_stream(codec, rate=fps, options={"g": "2", **_OPTIONS[codec]})
+        stream.height, stream.width = shape[:2]
+        stream.pix_fmt, stream.time_base = "yuv420p", self._time_base
+        self._stream = stream
+
+    def add(self, picture: np.ndarray[Any, Any]) -> None:
+        """Encode a picture, (height, width, 3) uint8."""
+        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
+        frame.pts, frame.time_base = self.length, self._time_base  # the muxer changes the time base of the stream
+        self._box.mux(self._stream.encode(frame))
+        self.length += 1
+
+    def close(self) -> None:
+        """Write the remaining packets and the index of the file."""
+        self._box.mux(self._stream.encode())
+        self._box.close()
+
+    def abort(self) -> None:
+        """Release the encoder without completing the file."""
+        self._box.close()
+
+
+def open_video(path: Path) -> Any:
+    """Open an MP4 file for reading. No other format is probed, because playlists can name other files.
+
+    Raises:
+        DataError: The file is not an MP4 file with a video.
+    """
+    try:
+        box = av.open(str(path.resolve()), format="mp4", options={"protocol_whitelist": "file"})
+    except (av.error.FFmpegError, ValueError) as error:
+        raise DataError(path, f"the video cannot be read: {_reason(error)}; download or record it again.") from error
+    if not box.streams.video:
+        box.close()
+        raise DataError(path, "the file contains no video; download or record it again.")
+    return box
+
+
+def decode(path: Path, part: VideoPart, length: int, fps: int, feature: Feature) -> Iterator[np.ndarray[Any, Any]]:
+    """Yield the pictures of one episode, each (height, width, 3) uint8.
+
+    Args:
+        path: The video file.
+        part: The episode's part of the file.
+        length: Number of pictures.
+        fps: Pictures per second [1/s].
+        feature: Camera, whose size the pictures must have.
+
+    Raises:
+        DataError: The video is damaged, has pictures of another size, or does not contain the episode.
+    """
+    height, width, _ = feature.shape
+    count = 0
+    try:
+        with open_video(path) as box:
+            stream = box.streams.video[0]
+            if (stream.height, stream.width) != (height, width):
+                raise DataError(
+                    path, f"the pictures are {stream.height} × {stream.width} pixels, not {height} × {width}."
+                )
+            stream.codec_context.options = {"max_pixels": str((height + 256) * (width + 256))}
+            box.seek(int(part.start / stream.time_base), stream=stream)
+            for frame in box.decode(stream):
+                time = float(frame.pts * frame.time_base) - part.start if frame.pts is not None else -1.0
+                if time < -0.5 / fps:
+                    continue
+                if count == length or (frame.height, frame.width) != (height, width) or abs(time * fps - count) > 0.5:
+                    break
+                yield frame.to_ndarray(format="rgb24")
+                count += 1
+                if count == length:
+                    return
+    except (av.error.FFmpegError, ValueError, OverflowError, MemoryError) as error:
+        raise DataError(path, f"the video is damaged after picture {count}: {_reason(error)}.") from error
+    raise DataError(
+        path, f"the video contains {count} of {length} pictures of an episode that begins at {part.start} s."
+    )
+
+
+class Packets:
+    """Encoded pictures of one episode, which can be copied into another file without decoding.
+
+    Args:
+        path: The video file.
+        part: The episode's part of the file.
+        fps: Pictures per second [1/s].
+
+    Attributes:
+        size: Size of the pictures in the file [bytes].
+        kind: Properties that all videos of one file must share.
+
+    Raises:
+        DataError: The video is damaged, or the episode does not begin with a key frame.
+    """
+
+    def __init__(self, path: Path, part: VideoPart, fps: int) -> None:
+        try:
+            self._box = open_video(path)
+            self.stream = stream = self._box.streams.video[0]
+            context = stream.codec_context
+            self.kind = (context.name, context.width, context.height, context.pix_fmt, bytes(context.extradata or b""))
+            base = stream.time_base
+            first, last = ((time - 0.5 / fps) / float(base) for time in (part.start, part.end))
+            self._box.seek(int(part.start / base), stream=stream)
+            packets = [
+                packet for packet in self._box.demux(stream) if packet.pts is not None and packet.dts is not None
+            ]
+            self.packets = [packet for packet in packets if first <= packet.pts < last]
+        except (av.error.FFmpegError, ValueError, OverflowError) as error:
+            raise DataError(path, f"the video cannot be copied: {_reason(error)}.") from error
+        if not self.packets or not self.packets[0].is_keyframe:
+            raise DataError(
+                path, f"the episode at {part.start} s does not begin with a key frame, so it cannot be cut out."
+            )
+        self.start = round(part.start / base)
+        self.size = sum(packet.size for packet in self.packets)
+
+
+class Muxer:
+    """Joins encoded episodes in one MP4 file.
+
+    Args:
+        path: The file.
+        like: Packets of the first episode, which determine the codec.
+        fps: Pictures per second [1/s].
+    """
+
+    def __init__(self, path: Path, like: Packets, fps: int) -> None:
+        self.kind, self.size, self._fps, self._length = like.kind, 0, fps, 0
+        self._box = av.open(str(path), "w")
+        self._stream = self._box.add_stream_from_template(like.stream, opaque=True)
+
+    def add(self, packets: Packets, length: int) -> tuple[float, float]:
+        """Append the packets of an episode with ``length`` pictures, and return its first and last time [s]."""
+        start = self._length / self._fps
+        for packet in packets.packets:
+            shift = round(start / packet.time_base) - packets.start
+            packet.pts += shift
+            packet.dts += shift
+            packet.stream = self._stream
+            self._box.mux(packet)
+        self._length += length
+        self.size += packets.size
+        packets._box.close()
+        return start, self._length / self._fps
+
+    def close(self) -> None:
+        """Complete the file."""
+        self._box.close()
+
+
+def _reason(error: BaseException) -> str:
+    return str(getattr(error, "strerror", None) or error).rstrip(".")
