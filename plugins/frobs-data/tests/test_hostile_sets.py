@@ -125,8 +125,8 @@ def test_a_missing_file_raises_when_the_set_is_opened(copied: Path, name: str) -
         ("data/file_index", [0, 0, 5], "file-005"),
         ("tasks", [["a"], None, None], "'tasks' must be a list"),
         ("tasks", ["a", "b", "c"], "'tasks' must be a list"),
-        (f"videos/{CAMERAS[0]}/from_timestamp", [0.0, float("nan"), 1.0], "no part of a video"),
-        (f"videos/{CAMERAS[0]}/to_timestamp", [0.2, 1e300, 1.0], "no part of a video"),
+        (f"videos/{CAMERAS[0]}/from_timestamp", [0.0, float("nan"), 1.0], "not within a video"),
+        (f"videos/{CAMERAS[0]}/to_timestamp", [0.2, 1e300, 1.0], "not within a video"),
         (f"videos/{CAMERAS[0]}/file_index", [0, 0, 9], "file-009"),
     ],
 )

@@ -92,7 +92,7 @@ class Dataset:
         """
         for name in names:
             if not self.features[check_name("feature", name, self.features)].is_numeric:
-                raise DataError(self.folder, f"the feature '{name}' is no column of numbers.")
+                raise DataError(self.folder, f"the feature '{name}' is not a column of numbers.")
         parts: dict[str, list[np.ndarray[Any, Any]]] = {name: [] for name in names}
         for _, found in self._iter_files(names, range(len(self.episodes)) if episodes is None else episodes):
             for name, values in found.items():
@@ -260,7 +260,7 @@ class Dataset:
             name = f"videos/{camera}"
             start, end = row[f"{name}/from_timestamp"], row[f"{name}/to_timestamp"]
             if type(start) is not float or type(end) is not float or not 0 <= start < end < 1e9:
-                raise DataError(path, f"the times {start!r:.30} and {end!r:.30} of '{name}' are no part of a video.")
+                raise DataError(path, f"the times {start!r:.30} and {end!r:.30} of '{name}' are not within a video.")
             if abs((end - start) * self.fps - length) > 1:
                 raise DataError(path, f"'{name}' lasts {end - start:.3f} s, which does not fit {length:,} frames.")
             place = whole(f"{name}/chunk_index", files), whole(f"{name}/file_index", files)
