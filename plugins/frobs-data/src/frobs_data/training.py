@@ -160,7 +160,9 @@ def _find(dataset: Dataset, name: str, term: ObservationTerm, mapping: Mapping[s
 def _read_pictures(dataset: Dataset, name: str, key: Any, out: np.ndarray[Any, Any]) -> None:
     feature = dataset.features.get(key)
     if feature is None or not feature.is_video or feature.shape != out.shape[1:]:
-        reason = f"'{key}' is not a camera" if feature is None or not feature.is_video else f"'{key}' is {feature.shape}"
+        reason = (
+            f"'{key}' is not a camera" if feature is None or not feature.is_video else f"'{key}' is {feature.shape}"
+        )
         raise DataError(
             dataset.folder, f"the observation term '{name}' needs pictures of shape {out.shape[1:]}, but {reason}."
         )

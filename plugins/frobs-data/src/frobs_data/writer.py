@@ -282,7 +282,7 @@ class DatasetWriter:
         self.info.episodes, self.info.frames = present.info.episodes, present.info.frames
         self.info.codecs |= present.info.codecs
         self._tasks = list(present.tasks)
-        self._add_stats([row_stats(row) for row in present.rows(range(len(present.episodes)))])
+        self._add_stats([row_stats(row, self.info.features) for row in present.rows(range(len(present.episodes)))])
 
     def _as_clip(self, key: str, pictures: Any) -> Clip:
         if isinstance(pictures, Clip):
