@@ -34,6 +34,7 @@ ALLOWED = {
     ALGOS: {CORE, "frobs-data"},
     "frobs-algos-sbx": {CORE, ALGOS, "frobs-algos-sb3"},
     "frobs-algos-*": {CORE, ALGOS},
+    "frobs-data": {CORE, CLI, TRAIN},
     "frobs-ray": {CORE, ALGOS, TRAIN, "frobs-algos-sb3"},
     "frobs-ros": {CORE, MODELS, CLI, DEPLOY},
     "frobs-rl-compat": {
