@@ -1,6 +1,6 @@
 """The environment type in LeRobot itself, which needs an environment of its own; see docs/how-to/lerobot.md.
 
-    $ lerobot/bin/python -m pytest -c /dev/null --rootdir . --noconftest plugins/lerobot_env_frobs/tests/test_lerobot.py
+$ lerobot/bin/python -m pytest -c /dev/null --rootdir . --noconftest plugins/lerobot_env_frobs/tests/test_lerobot.py
 """
 
 from __future__ import annotations
