@@ -47,9 +47,9 @@ def test_contacts_goals_and_moving_goals_are_repeated_bit_for_bit(id: str, tmp_p
 def test_changed_numbers_are_found(copied: Path) -> None:
     path = copied / START_PATH.format(2)
     with np.load(path) as arrays:
-        state = {name: arrays[name] for name in arrays.files}
-    state["simulation/state"] = state["simulation/state"] + 1e-6
-    np.savez(path, **state)
+        state = arrays["state"]
+    state["simulation/state"] += 1e-6
+    np.savez(path, state=state)
     [result] = replay(copied, [2])
     assert not result.identical
     assert result.difference > 0.0

@@ -93,13 +93,30 @@ class Dataset:
         for name in names:
             if not self.features[check_name("feature", name, self.features)].is_numeric:
                 raise DataError(self.folder, f"the feature '{name}' is no column of numbers.")
-        chosen = [self.episodes[index] for index in (range(len(self.episodes)) if episodes is None else episodes)]
         parts: dict[str, list[np.ndarray[Any, Any]]] = {name: [] for name in names}
-        for place, group in groupby(chosen, key=lambda episode: episode.place):
-            for name, values in self._read_file(place, list(group), names).items():
+        for _, found in self._iter_files(names, range(len(self.episodes)) if episodes is None else episodes):
+            for name, values in found.items():
                 parts[name].append(values)
         empty = {name: np.zeros((0, *self._row_shape(name)), self.features[name].dtype) for name in names}
-        return {name: np.concatenate(found) if found else empty[name] for name, found in parts.items()}
+        return {name: np.concatenate(values) if values else empty[name] for name, values in parts.items()}
+
+    def iter_columns(
+        self, names: Sequence[str], episodes: Sequence[int]
+    ) -> Iterator[tuple[Episode, dict[str, np.ndarray[Any, Any]]]]:
+        """Yield each episode with its part of :meth:`columns`. Each file is read once."""
+        for chosen, found in self._iter_files(names, episodes):
+            end = 0
+            for episode in chosen:
+                begin, end = end, end + episode.length
+                yield episode, {name: values[begin:end] for name, values in found.items()}
+
+    def _iter_files(
+        self, names: Sequence[str], episodes: Sequence[int]
+    ) -> Iterator[tuple[list[Episode], dict[str, np.ndarray[Any, Any]]]]:
+        """Yield successive episodes that are in the same file, with their columns."""
+        for place, group in groupby((self.episodes[index] for index in episodes), key=lambda episode: episode.place):
+            chosen = list(group)
+            yield chosen, self._read_file(place, chosen, names)
 
     def pictures(self, episode: int, key: str) -> np.ndarray[Any, Any]:
         """Return the pictures of a camera in one episode, (length, height, width, 3) uint8.
@@ -168,7 +185,9 @@ class Dataset:
         self, place: Place, episodes: Sequence[Episode], names: Sequence[str]
     ) -> dict[str, np.ndarray[Any, Any]]:
         path = self.data_path(place)
-        table = read_table(open_table(path, "bytes of a data file", BUDGET["frames"]), path, [*names, "episode_index"])
+        file = open_table(path, "bytes of a data file", BUDGET["frames"])
+        bounds = min(episode.index for episode in episodes), max(episode.index for episode in episodes)
+        table = read_table(file, path, [*names, "episode_index"], ("episode_index", *bounds))
         numbers = column_array(table["episode_index"], INDEX["episode_index"], path, "episode_index")
         if np.any(np.diff(numbers) < 0):
             raise DataError(path, "the rows are not in the order of the episodes.")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import accumulate
+from itertools import accumulate, groupby
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from frobs_core.util.files import read_json, write_json
 from frobs_data.dataset import Dataset
 from frobs_data.errors import DataError
 from frobs_data.joining import PARTIAL, Joiner, row_stats, write_start_state, write_summary
-from frobs_data.layout import SETTINGS_PATH, Info
+from frobs_data.layout import SETTINGS_PATH, Episode, Info
 from frobs_data.stats import PictureStats, merge_stats, vector_stats
 
 _CLOSE = 1e-3
@@ -126,21 +126,24 @@ def check(folder: Path | str) -> list[str]:
         problems.append(f"meta/stats.json cannot be read: {error.strerror}")
     names = [name for name, feature in dataset.features.items() if feature.is_numeric]
     parts: dict[str, list[Any]] = {name: [] for name in dataset.features}
-    first = 0
-    for episode in dataset.episodes:
+    firsts = list(accumulate((episode.length for episode in dataset.episodes), initial=0))
+    for _, group in groupby(dataset.episodes, key=lambda episode: episode.place):
         try:
-            columns = dataset.columns(names, [episode.index])
-            problems += _check_columns(episode.index, columns, first, dataset)
-            for name, stats in vector_stats(columns).items():
-                parts[name].append(stats)
-            for camera in dataset.info.cameras:
-                pictures = PictureStats()
-                for picture in dataset.iter_pictures(episode.index, camera):
+            for episode, columns in dataset.iter_columns(names, [episode.index for episode in group]):
+                problems += _check_columns(episode, columns, firsts[episode.index], dataset)
+                for name, stats in vector_stats(columns).items():
+                    parts[name].append(stats)
+        except DataError as error:
+            problems.append(str(error))
+    for camera in dataset.info.cameras:
+        for index in range(len(dataset.episodes)):
+            pictures = PictureStats()
+            try:
+                for picture in dataset.iter_pictures(index, camera):
                     pictures.add(picture)
                 parts[camera].append(pictures.result())
-        except DataError as error:
-            problems.append(f"episode {episode.index}: {error}")
-        first += episode.length
+            except DataError as error:
+                problems.append(f"episode {index}: {error}")
     for name, found in parts.items():
         if len(found) == len(dataset.episodes) > 0:
             problems += _compare(name, merge_stats(found), expected.get(name), dataset.features[name].is_video)
@@ -148,19 +151,19 @@ def check(folder: Path | str) -> list[str]:
 
 
 def _check_columns(
-    number: int, columns: Mapping[str, np.ndarray[Any, Any]], first: int, dataset: Dataset
+    episode: Episode, columns: Mapping[str, np.ndarray[Any, Any]], first: int, dataset: Dataset
 ) -> Iterable[str]:
-    frames = np.arange(dataset.episodes[number].length)
+    frames = np.arange(episode.length)
     for name, values in columns.items():
         if not np.isfinite(values).all():
-            yield f"episode {number}: '{name}' is not finite in {(~np.isfinite(values)).sum()} places"
+            yield f"episode {episode.index}: '{name}' is not finite in {(~np.isfinite(values)).sum()} places"
     for name, right in (("frame_index", frames), ("index", frames + first)):
         if not np.array_equal(columns[name], right):
-            yield f"episode {number}: '{name}' does not count the frames"
+            yield f"episode {episode.index}: '{name}' does not count the frames"
     if not np.allclose(columns["timestamp"], frames / dataset.fps, atol=1e-3):
-        yield f"episode {number}: 'timestamp' does not fit {dataset.fps} frames per second"
+        yield f"episode {episode.index}: 'timestamp' does not fit {dataset.fps} frames per second"
     if not np.isin(columns["task_index"], range(len(dataset.tasks))).all():
-        yield f"episode {number}: 'task_index' has no sentence in meta/tasks.parquet"
+        yield f"episode {episode.index}: 'task_index' has no sentence in meta/tasks.parquet"
 
 
 def _compare(name: str, stats: Mapping[str, Any], expected: Any, is_video: bool) -> Iterable[str]:
@@ -204,9 +207,8 @@ def export_minari(folder: Path | str, name: str) -> Path:
         key for key, feature in dataset.features.items() if key.startswith("observation.") and feature.is_numeric
     ]
     buffers = []
-    for episode in dataset.episodes:
-        optional = [key for key in ("next.reward", "next.terminated") if key in dataset.features]
-        found = dataset.columns([*vectors, "action", *optional], [episode.index])
+    optional = [key for key in ("next.reward", "next.terminated") if key in dataset.features]
+    for episode, found in dataset.iter_columns([*vectors, "action", *optional], range(len(dataset.episodes))):
         observation = np.concatenate(
             [found[key].reshape(episode.length, -1) for key in vectors], axis=1, dtype=np.float32
         )

@@ -6,7 +6,6 @@ import os
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -148,18 +147,13 @@ class Joiner:
         names = [name for name, feature in source.features.items() if not feature.is_video]
         self._tasks += [task for task in source.tasks if task not in self._tasks]
         task_indices = np.array([self._tasks.index(task) for task in source.tasks])
-        for _, group in groupby(episodes, key=lambda number: source.episodes[number].place):
-            numbers = list(group)
-            columns = source.columns(names, numbers)
-            begin = 0
-            for number, row in zip(numbers, source.rows(numbers), strict=True):
-                end = begin + source.episodes[number].length
-                part = {name: values[begin:end] for name, values in columns.items()}
-                part["task_index"] = task_indices[part["task_index"]]
-                part["episode_index"] = np.full(end - begin, index)
-                part["index"] = np.arange(first, first + end - begin)
-                self._add_episode(source, source.episodes[number], part, row)
-                index, first, begin = index + 1, first + end - begin, end
+        rows = iter(source.rows(episodes))
+        for episode, part in source.iter_columns(names, episodes):
+            part["task_index"] = task_indices[part["task_index"]]
+            part["episode_index"] = np.full(episode.length, index)
+            part["index"] = np.arange(first, first + episode.length)
+            self._add_episode(source, episode, part, next(rows))
+            index, first = index + 1, first + episode.length
         return first
 
     def commit(self) -> None:

@@ -44,8 +44,17 @@ def open_table(path: Path, limit: str, rows: int) -> pq.ParquetFile:
     return file
 
 
-def read_table(file: pq.ParquetFile, path: Path, columns: Sequence[str]) -> pa.Table:
+def read_table(
+    file: pq.ParquetFile, path: Path, columns: Sequence[str], bounds: tuple[str, int, int] | None = None
+) -> pa.Table:
     """Read columns of an open file.
+
+    Args:
+        file: The file.
+        path: Its path.
+        columns: Names of the columns.
+        bounds: Name of a column, and the smallest and largest value of interest. Row groups without such values are
+            skipped.
 
     Raises:
         DataError: A column is missing, or the file is damaged.
@@ -54,9 +63,21 @@ def read_table(file: pq.ParquetFile, path: Path, columns: Sequence[str]) -> pa.T
     if missing:
         raise DataError(path, f"the table has no column {', '.join(map(repr, missing))}.")
     try:
-        return file.read(columns=list(columns), use_threads=False)
+        groups = [
+            i for i in range(file.num_row_groups) if bounds is None or _overlaps(file.metadata.row_group(i), bounds)
+        ]
+        return file.read_row_groups(groups, columns=list(columns), use_threads=False)
     except _DAMAGE as error:
         raise damaged(path, error) from error
+
+
+def _overlaps(group: pq.RowGroupMetaData, bounds: tuple[str, int, int]) -> bool:
+    name, low, high = bounds
+    for index in range(group.num_columns):
+        column = group.column(index)
+        if column.path_in_schema == name and (found := column.statistics) is not None and found.has_min_max:
+            return bool(found.min <= high and found.max >= low)
+    return True
 
 
 def column_array(column: pa.ChunkedArray, feature: Feature, path: Path, name: str) -> np.ndarray[Any, Any]:
