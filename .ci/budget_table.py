@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from frobs_core.util import budgets as of_core
+from frobs_data import budgets as of_data
 from frobs_deploy import budgets as of_deploy
 from frobs_models import budgets as of_models
 from frobs_train.export import untrusted
@@ -16,7 +17,7 @@ BEGIN, END = "<!-- begin budgets -->\n", "<!-- end budgets -->\n"
 def table() -> str:
     """Return the table in Markdown, with one row per limit."""
     policies = {**of_deploy.BUDGET, **untrusted.BUDGET}
-    kinds = {**of_models.BUDGETS, "policy bundle": policies, **of_core.BUDGETS}
+    kinds = {**of_models.BUDGETS, "data set": of_data.BUDGET, "policy bundle": policies, **of_core.BUDGETS}
     rows = [
         f"| {kind} | {what} | {limit:,} |" for kind, limits in kinds.items() for what, limit in sorted(limits.items())
     ]

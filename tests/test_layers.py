@@ -32,6 +32,7 @@ ALLOWED = {
     "frobs-tasks-*": {CORE, MODELS},
     "frobs-algos-sbx": {CORE, "frobs-algos-sb3"},
     "frobs-algos-*": {CORE},
+    "frobs-data": {CORE, CLI, TRAIN},
     "frobs-ray": {CORE, TRAIN, "frobs-algos-sb3"},
     "frobs-ros": {CORE, MODELS, CLI, DEPLOY},
     "frobs-rl-compat": {

@@ -48,6 +48,7 @@ MODULES = {
     "frobs-deploy": ["frobs_deploy"],
     "frobs-cli": [f"frobs_cli.{name}" for name in _HELPERS],
     "frobs-train": ["frobs_train", "frobs_train.cli.jobs_progress", "frobs_train.cli.runner_options"],
+    "frobs-data": ["frobs_data"],
     "frobs-devkit": [
         f"frobs_devkit.{name}"
         for name in (

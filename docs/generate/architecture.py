@@ -23,6 +23,7 @@ _COLUMNS = {
     "frobs-deploy": 0,
     "frobs-train": 0,
     "frobs-devkit": 0,
+    "frobs-data": 1,
     "frobs-ros": 1,
     "frobs-core": 2,
     "frobs-models": 3,

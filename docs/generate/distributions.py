@@ -13,7 +13,7 @@ def page() -> str:
     text = label("distributions") + heading("Distributions")
     text += (
         "FRobs consists of these pip packages. ``pip install frobs`` installs all of them except ``frobs-algos-sbx`` and "
-        "``frobs-ray``. Each distribution imports only the FRobs distributions that its row lists; a test verifies "
+        "``frobs-ray``; ``frobs-data`` needs the extra ``data``. Each distribution imports only the FRobs distributions that its row lists; a test verifies "
         "this.\n\n"
     )
     rows = []

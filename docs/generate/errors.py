@@ -9,6 +9,7 @@ MODULES = {
     "frobs_core.util.errors": "The base class is :exc:`~frobs_core.util.errors.FrobsError`.",
     "frobs_cli.errors": "These errors of commands are also subclasses of :exc:`~frobs_core.util.errors.FrobsError`.",
     "frobs_train.errors": "These errors of runs are also subclasses of :exc:`~frobs_core.util.errors.FrobsError`.",
+    "frobs_data.errors": "This error of data sets is also a subclass of :exc:`~frobs_core.util.errors.FrobsError`.",
     "frobs_ray.errors": "These errors of Ray clusters are also subclasses of :exc:`~frobs_core.util.errors.FrobsError`.",
     "frobs_deploy.errors": (
         "``frobs-deploy`` runs without the core, so it has its own base class: :exc:`~frobs_deploy.errors.DeployError`."

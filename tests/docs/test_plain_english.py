@@ -35,6 +35,7 @@ SOURCES = (
     "plugins/frobs-tasks-navigation/src",
     "plugins/frobs-tasks-manipulation/src",
     "plugins/frobs-tasks-legacy/src",
+    "plugins/frobs-data/src",
     "plugins/frobs-deploy/src",
     "plugins/frobs-ros/src",
     "plugins/frobs-rl-compat/src",

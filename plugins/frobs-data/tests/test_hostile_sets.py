@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 import pytest
 from made_sets import CAMERAS, make_set
 
-from frobs_data import DataError, Dataset, check
+from frobs_data import DataError, Dataset, check, merge
 
 DATA, EPISODES = "data/chunk-000/file-000.parquet", "meta/episodes/chunk-000/file-000.parquet"
 VIDEO = f"videos/{CAMERAS[0]}/chunk-000/file-000.mp4"
@@ -123,10 +123,10 @@ def test_a_missing_file_raises_when_the_set_is_opened(copied: Path, name: str) -
         ("episode_index", [0, None, 2], "'episode_index' is None"),
         ("data/chunk_index", [0, 0, -1], "'data/chunk_index' is -1"),
         ("data/file_index", [0, 0, 5], "file-005"),
-        ("tasks", [["a"], None, None], "'tasks' must be a list"),
-        ("tasks", ["a", "b", "c"], "'tasks' must be a list"),
-        (f"videos/{CAMERAS[0]}/from_timestamp", [0.0, float("nan"), 1.0], "no part of a video"),
-        (f"videos/{CAMERAS[0]}/to_timestamp", [0.2, 1e300, 1.0], "no part of a video"),
+        ("tasks", [["a"], None, None], "the tasks must be sentences"),
+        ("tasks", [[1], [2], [3]], "the tasks must be sentences"),
+        (f"videos/{CAMERAS[0]}/from_timestamp", [0.0, float("nan"), 1.0], "not within a video"),
+        (f"videos/{CAMERAS[0]}/to_timestamp", [0.2, 1e300, 1.0], "not within a video"),
         (f"videos/{CAMERAS[0]}/file_index", [0, 0, 9], "file-009"),
     ],
 )
@@ -209,3 +209,37 @@ def test_a_set_without_frobs_settings_is_read(tmp_path: Path) -> None:
     dataset = Dataset(folder)
     assert dataset.settings is None
     assert dataset.start_state(0) is None
+
+
+def test_long_texts_that_repeat_share_their_memory(copied: Path) -> None:
+    text, repeats = "a" * 100_000, 7_000
+    repeated = pa.DictionaryArray.from_arrays(np.zeros(3 * repeats, np.int32), [text])
+    change_table(copied / EPISODES, "tasks", pa.ListArray.from_arrays(repeats * np.arange(4, dtype=np.int32), repeated))
+    assert (copied / EPISODES).stat().st_size < 500_000
+    before = pa.default_memory_pool().max_memory()
+    dataset = Dataset(copied)
+    assert dataset.episodes[2].tasks == (text,) * repeats
+    assert dataset.episodes[2].tasks[0] is dataset.episodes[0].tasks[-1]
+    assert pa.default_memory_pool().max_memory() < max(before, 100_000_000)
+
+
+@pytest.mark.parametrize(
+    ("place", "name", "values"),
+    [
+        (DATA, "task_index", [9] * 18),
+        (DATA, "task_index", [-1] * 18),
+        (EPISODES, "stats/action/min", ["x", "y", "z"]),
+        (EPISODES, "stats/action/min", [[1.0], [1.0, 2.0], None]),
+        (EPISODES, "stats/action/count", [[0], [-1], [5]]),
+    ],
+)
+def test_wrong_values_that_are_copied_are_errors_or_left_out(
+    copied: Path, tmp_path: Path, place: str, name: str, values: list[Any]
+) -> None:
+    change_table(copied / place, name, values)
+    if place == DATA:
+        with pytest.raises(DataError, match="task_index without a sentence"):
+            merge([copied, copied], tmp_path / "merged")
+    else:
+        merge([copied, copied], tmp_path / "merged")
+        assert check(tmp_path / "merged") == ["meta/stats.json has no valid min of 'action'"]

@@ -28,7 +28,7 @@ from frobs_data.layout import (
     fill,
     read_info,
 )
-from frobs_data.tables import column_array, damaged, open_table, read_table
+from frobs_data.tables import column_array, damaged, open_table, read_table, text_lists
 from frobs_data.video import decode
 
 _METADATA = "bytes of a metadata file, decompressed"
@@ -92,7 +92,7 @@ class Dataset:
         """
         for name in names:
             if not self.features[check_name("feature", name, self.features)].is_numeric:
-                raise DataError(self.folder, f"the feature '{name}' is no column of numbers.")
+                raise DataError(self.folder, f"the feature '{name}' is not a column of numbers.")
         parts: dict[str, list[np.ndarray[Any, Any]]] = {name: [] for name in names}
         for _, found in self._iter_files(names, range(len(self.episodes)) if episodes is None else episodes):
             for name, values in found.items():
@@ -165,13 +165,14 @@ class Dataset:
             raise damaged(path, error) from error
 
     def rows(self, episodes: Sequence[int]) -> list[dict[str, Any]]:
-        """Return the complete metadata of episodes, with their statistics, as ``meta/episodes`` stores it."""
+        """Return the number and the statistics of episodes, as ``meta/episodes`` stores them."""
         found: dict[int, dict[str, Any]] = {}
         chosen = [self.episodes[index] for index in episodes]
         for place in dict.fromkeys(episode.listed for episode in chosen):
             path = self.folder / fill(EPISODES_PATH, place)
             file = open_table(path, _METADATA, BUDGET["episodes"])
-            table = read_table(file, path, file.schema_arrow.names)
+            names = [name for name in file.schema_arrow.names if name.startswith("stats/")]
+            table = read_table(file, path, ["episode_index", *names])
             wanted = {episode.index for episode in chosen if episode.listed == place}
             kept = [row for row, index in enumerate(table["episode_index"].to_pylist()) if index in wanted]
             found.update({row["episode_index"]: row for row in table.take(kept).to_pylist()})
@@ -207,11 +208,14 @@ class Dataset:
         path = self.folder / "meta" / "tasks.parquet"
         if self.info.episodes == 0 and not path.exists():
             return []
-        table = read_table(open_table(path, _METADATA, BUDGET["tasks"]), path, ["task_index", *_task_column(path)])
-        tasks = sorted(zip(table["task_index"].to_pylist(), table[1].to_pylist(), strict=True))
-        if [index for index, _ in tasks] != list(range(len(tasks))) or not all(type(task) is str for _, task in tasks):
+        limit = BUDGET["tasks"]
+        names = open_table(path, _METADATA, limit).schema_arrow.names
+        text = next((name for name in names if name != "task_index"), "task")  # LeRobot 0.4.0 named it differently
+        table = read_table(open_table(path, _METADATA, limit, text), path, ["task_index", text])
+        tasks = sorted(zip(table["task_index"].to_pylist(), text_lists(table[text], path), strict=True))
+        if [index for index, _ in tasks] != list(range(len(tasks))):
             raise DataError(path, "the table must contain one sentence for each task index.")
-        return [task for _, task in tasks]
+        return [task for _, (task,) in tasks]
 
     def _read_settings(self) -> Mapping[str, Any] | None:
         path = self.folder / SETTINGS_PATH
@@ -233,9 +237,10 @@ class Dataset:
                 listed = int(path.parent.name[6:]), int(path.stem[5:])
             except ValueError:
                 raise DataError(path, "the file's name must be file-NNN.parquet, in a folder chunk-NNN.") from None
-            table = read_table(open_table(path, _METADATA, BUDGET["episodes"]), path, names)
-            for row in table.to_pylist():
-                episode = self._episode(path, row, listed)
+            table = read_table(open_table(path, _METADATA, BUDGET["episodes"], "tasks"), path, names)
+            tasks = text_lists(table["tasks"], path)
+            for row, sentences in zip(table.drop_columns("tasks").to_pylist(), tasks, strict=True):
+                episode = self._episode(path, row, sentences, listed)
                 if episode.index < self.info.episodes:
                     found.setdefault(episode.index, episode)
         missing = next((index for index in range(self.info.episodes) if index not in found), None)
@@ -248,7 +253,7 @@ class Dataset:
             raise DataError(self.folder / "meta" / "info.json", f"{reason}.")
         return episodes
 
-    def _episode(self, path: Path, row: Mapping[str, Any], listed: Place) -> Episode:
+    def _episode(self, path: Path, row: Mapping[str, Any], tasks: tuple[str, ...], listed: Place) -> Episode:
         def whole(name: str, most: int) -> int:
             if type(row[name]) is not int or not 0 <= row[name] <= most:
                 raise DataError(path, f"'{name}' is {row[name]!r:.40}; it must be a whole number up to {most:,}.")
@@ -260,16 +265,13 @@ class Dataset:
             name = f"videos/{camera}"
             start, end = row[f"{name}/from_timestamp"], row[f"{name}/to_timestamp"]
             if type(start) is not float or type(end) is not float or not 0 <= start < end < 1e9:
-                raise DataError(path, f"the times {start!r:.30} and {end!r:.30} of '{name}' are no part of a video.")
+                raise DataError(path, f"the times {start!r:.30} and {end!r:.30} of '{name}' are not within a video.")
             if abs((end - start) * self.fps - length) > 1:
                 raise DataError(path, f"'{name}' lasts {end - start:.3f} s, which does not fit {length:,} frames.")
             place = whole(f"{name}/chunk_index", files), whole(f"{name}/file_index", files)
             videos[camera] = VideoPart(place, start, end)
-        tasks = row["tasks"]
-        if not isinstance(tasks, list) or not all(type(task) is str for task in tasks):
-            raise DataError(path, "'tasks' must be a list of sentences.")
         place = whole("data/chunk_index", files), whole("data/file_index", files)
-        return Episode(whole("episode_index", BUDGET["episodes"]), length, tuple(tasks), place, videos, listed)
+        return Episode(whole("episode_index", BUDGET["episodes"]), length, tasks, place, videos, listed)
 
     def _check_files(self) -> None:
         videos = {(key, part.place) for episode in self.episodes for key, part in episode.videos.items()}
@@ -280,9 +282,3 @@ class Dataset:
                 check_regular(path, BUDGET[f"bytes of a {kind} file"])
             except OSError as error:
                 raise damaged(path, error) from error
-
-
-def _task_column(path: Path) -> list[str]:
-    """Return the name of the column with the sentences, which LeRobot 0.4.0 named differently."""
-    names = open_table(path, _METADATA, BUDGET["tasks"]).schema_arrow.names
-    return [next((name for name in names if name != "task_index"), "task")]

@@ -92,7 +92,7 @@ def _assemble(sources: Sequence[tuple[Dataset, Sequence[int]]], out: Path) -> Da
         }:
             write_json(out / SETTINGS_PATH, shared)
         joiner.commit()
-        parts = [row_stats(row) for row in joiner.rows]
+        parts = [row_stats(row, info.features) for row in joiner.rows]
         stats = {
             name: merge_stats([part[name] for part in parts])
             for name in info.features

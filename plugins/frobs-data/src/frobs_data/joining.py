@@ -15,6 +15,7 @@ import pyarrow.parquet as pq
 
 from frobs_core.util.plain import to_json
 from frobs_data.dataset import Dataset
+from frobs_data.errors import DataError
 from frobs_data.layout import (
     DATA_PATH,
     EPISODES_PATH,
@@ -22,6 +23,7 @@ from frobs_data.layout import (
     START_PATH,
     VIDEO_PATH,
     Episode,
+    Feature,
     Info,
     Place,
     VideoPart,
@@ -83,14 +85,19 @@ def video_row(camera: str, part: VideoPart) -> dict[str, Any]:
     return {**place_row(key, part.place), f"{key}/from_timestamp": part.start, f"{key}/to_timestamp": part.end}
 
 
-def row_stats(row: Mapping[str, Any]) -> dict[str, Stats]:
-    """Return the statistics in a row of ``meta/episodes``, by feature."""
+def row_stats(row: Mapping[str, Any], features: Mapping[str, Feature]) -> dict[str, Stats]:
+    """Return the statistics in a row of ``meta/episodes``, of the features for which they are complete."""
     found: dict[str, Stats] = {}
-    for name, value in row.items():
-        if name.startswith("stats/") and value is not None:
-            feature, _, statistic = name.removeprefix("stats/").rpartition("/")
-            found.setdefault(feature, {})[statistic] = np.asarray(value, float)
-    return {feature: stats for feature, stats in found.items() if stats.keys() >= set(NAMES)}
+    for name, feature in features.items():
+        try:
+            stats = {key: np.asarray(row[f"stats/{name}/{key}"], float) for key in NAMES}
+        except (KeyError, TypeError, ValueError):
+            continue
+        shape = (3, 1, 1) if feature.is_video else feature.shape
+        shapes = all(value.shape == ((1,) if key == "count" else shape) for key, value in stats.items())
+        if shapes and stats["count"][0] > 0 and all(np.isfinite(value).all() for value in stats.values()):
+            found[name] = {**stats, "count": stats["count"].astype(np.int64)}
+    return found
 
 
 def write_start_state(folder: Path, index: int, state: Mapping[str, np.ndarray[Any, Any]]) -> None:
@@ -149,6 +156,8 @@ class Joiner:
         task_indices = np.array([self._tasks.index(task) for task in source.tasks])
         rows = iter(source.rows(episodes))
         for episode, part in source.iter_columns(names, episodes):
+            if not 0 <= part["task_index"].min() <= part["task_index"].max() < len(task_indices):
+                raise DataError(source.folder, f"episode {episode.index} has a task_index without a sentence.")
             part["task_index"] = task_indices[part["task_index"]]
             part["episode_index"] = np.full(episode.length, index)
             part["index"] = np.arange(first, first + episode.length)
@@ -170,10 +179,10 @@ class Joiner:
     def _add_episode(
         self, source: Dataset, episode: Episode, columns: dict[str, np.ndarray[Any, Any]], row: Mapping[str, Any]
     ) -> None:
-        kept = {name: value for name, value in row.items() if not name.startswith(("videos/", "meta/"))}
-        kept["episode_index"] = int(columns["episode_index"][0])
-        kept["dataset_from_index"] = first = int(columns["index"][0])
-        kept["dataset_to_index"] = first + episode.length
+        first = int(columns["index"][0])
+        kept: dict[str, Any] = {"episode_index": int(columns["episode_index"][0]), "tasks": list(episode.tasks)}
+        kept |= {"length": episode.length, "dataset_from_index": first, "dataset_to_index": first + episode.length}
+        kept |= stats_row(row_stats(row, self._info.features))
         kept |= stats_row(vector_stats({name: columns[name] for name in ("task_index", "episode_index", "index")}))
         table = data_table(self._info.features, columns)
         if self._data and self._aside("data").stat().st_size + table.nbytes > self._data_limit:

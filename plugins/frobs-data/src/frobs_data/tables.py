@@ -18,23 +18,28 @@ from frobs_data.layout import Feature
 _DAMAGE = (pa.ArrowException, OSError, ValueError, KeyError, TypeError, MemoryError)
 
 
-def open_table(path: Path, limit: str, rows: int) -> pq.ParquetFile:
+def open_table(path: Path, limit: str, rows: int, text: str = "") -> pq.ParquetFile:
     """Open a Parquet file.
 
     Args:
         path: The file.
         limit: Key of :data:`~frobs_data.budgets.BUDGET` with the size limit.
         rows: Maximum number of rows.
+        text: Column of texts for :func:`text_lists`.
 
     Raises:
         DataError: The file is missing or damaged, or exceeds a limit.
     """
     try:
         check_regular(path, BUDGET[limit])
-        file = pq.ParquetFile(path, memory_map=False, pre_buffer=False)
+        file = pq.ParquetFile(path)
+        leaves = [file.schema.column(index).path for index in range(len(file.schema))]
+        if texts := [leaf for leaf in leaves if leaf.partition(".")[0] == text]:
+            file = pq.ParquetFile(path, read_dictionary=texts)
         meta = file.metadata
         groups = [meta.row_group(index) for index in range(meta.num_row_groups)]
-        size = sum(group.total_byte_size for group in groups)
+        columns = [group.column(index) for group in groups for index in range(group.num_columns)]
+        size = max(sum(group.total_byte_size for group in groups), sum(column.num_values for column in columns))
         if size > BUDGET[limit]:
             raise DataError(path, f"the table has {size:,} bytes; the limit is {BUDGET[limit]:,}.")
         if not 0 <= meta.num_rows <= rows or sum(group.num_rows for group in groups) != meta.num_rows:
@@ -100,6 +105,28 @@ def column_array(column: pa.ChunkedArray, feature: Feature, path: Path, name: st
     except (*_DAMAGE, AttributeError) as error:
         expected = f"{feature.dtype} values of shape {feature.shape}"
         raise DataError(path, f"the column '{name}' must contain {expected}: {_line(error)}.") from error
+
+
+def text_lists(column: pa.ChunkedArray, path: Path) -> list[tuple[str, ...]]:
+    """Convert a column of texts, or of lists of texts, which was read as a dictionary.
+
+    A small file can repeat a long text millions of times, so equal texts share their memory.
+
+    Raises:
+        DataError: The column contains something else, or empty values.
+    """
+    array = column.combine_chunks()
+    lengths = np.ones(len(array), np.int64)
+    if is_list := pa.types.is_list(array.type):
+        lengths = array.value_lengths().fill_null(-1).to_numpy(zero_copy_only=False)
+        array = array.flatten()
+    if not pa.types.is_dictionary(array.type) or array.null_count or (is_list and np.any(lengths < 0)):
+        raise DataError(path, "the tasks must be sentences.")
+    texts, indices = array.dictionary.to_pylist(), array.indices.to_numpy(zero_copy_only=False)
+    if not all(type(text) is str for text in texts):
+        raise DataError(path, "the tasks must be sentences.")
+    parts = np.split(indices, np.cumsum(lengths)[:-1])
+    return [tuple(texts[index] for index in part) for part in parts] if len(column) else []
 
 
 def damaged(path: Path, error: BaseException) -> DataError:

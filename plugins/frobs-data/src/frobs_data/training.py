@@ -74,7 +74,7 @@ def training_arrays(
     Returns:
         ``observation`` (frames, …) float32, or a dictionary for dictionary observations; ``action`` (frames, …) in the
         space's dtype; ``reward`` (frames,) float32, and ``terminated``, ``success`` and ``episode_start`` (frames,)
-        bool. What the data set does not contain of reward, termination and success is zero.
+        bool. Reward, termination and success are zero if the data set does not contain them.
 
     Raises:
         DataError: The data set is damaged, lacks a term, contains numbers that are not finite, or does not fit the
@@ -160,7 +160,9 @@ def _find(dataset: Dataset, name: str, term: ObservationTerm, mapping: Mapping[s
 def _read_pictures(dataset: Dataset, name: str, key: Any, out: np.ndarray[Any, Any]) -> None:
     feature = dataset.features.get(key)
     if feature is None or not feature.is_video or feature.shape != out.shape[1:]:
-        reason = f"'{key}' is no camera" if feature is None or not feature.is_video else f"'{key}' is {feature.shape}"
+        reason = (
+            f"'{key}' is not a camera" if feature is None or not feature.is_video else f"'{key}' is {feature.shape}"
+        )
         raise DataError(
             dataset.folder, f"the observation term '{name}' needs pictures of shape {out.shape[1:]}, but {reason}."
         )

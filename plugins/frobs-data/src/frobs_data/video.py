@@ -151,8 +151,12 @@ class Packets:
             raise DataError(
                 path, f"the episode at {part.start} s does not begin with a key frame, so it cannot be cut out."
             )
-        self.start = round(part.start / base)
+        self.path, self.start = path, round(part.start / base)
         self.size = sum(packet.size for packet in self.packets)
+
+    def close(self) -> None:
+        """Close the video file."""
+        self._box.close()
 
 
 class Muxer:
@@ -172,15 +176,18 @@ class Muxer:
     def add(self, packets: Packets, length: int) -> tuple[float, float]:
         """Append the packets of an episode with ``length`` pictures, and return its first and last time [s]."""
         start = self._length / self._fps
-        for packet in packets.packets:
-            shift = round(start / packet.time_base) - packets.start
-            packet.pts += shift
-            packet.dts += shift
-            packet.stream = self._stream
-            self._box.mux(packet)
+        try:
+            for packet in packets.packets:
+                shift = round(start / packet.time_base) - packets.start
+                packet.pts += shift
+                packet.dts += shift
+                packet.stream = self._stream
+                self._box.mux(packet)
+        except (ValueError, OverflowError) as error:  # the times of the packets do not increase
+            raise DataError(packets.path, f"the video cannot be copied: {_reason(error)}.") from error
         self._length += length
         self.size += packets.size
-        packets._box.close()
+        packets.close()
         return start, self._length / self._fps
 
     def close(self) -> None:

@@ -282,7 +282,7 @@ class DatasetWriter:
         self.info.episodes, self.info.frames = present.info.episodes, present.info.frames
         self.info.codecs |= present.info.codecs
         self._tasks = list(present.tasks)
-        self._add_stats([row_stats(row) for row in present.rows(range(len(present.episodes)))])
+        self._add_stats([row_stats(row, self.info.features) for row in present.rows(range(len(present.episodes)))])
 
     def _as_clip(self, key: str, pictures: Any) -> Clip:
         if isinstance(pictures, Clip):
@@ -363,7 +363,7 @@ def _place(index: int) -> Place:
 def _check_feature(name: str, feature: Feature) -> None:
     rule = f"a feature with one of the dtypes {', '.join(_TYPES)}"
     if feature.dtype not in _TYPES or not is_inside(name) or name in INDEX:
-        raise ParameterValueError(name, feature.dtype, f"{rule}, and a name that is no column of every data set")
+        raise ParameterValueError(name, feature.dtype, f"{rule}, and a name other than those of the index columns")
     even = len(feature.shape) == 3 and feature.shape[2] == 3 and not feature.shape[0] % 2 and not feature.shape[1] % 2
     if feature.is_video and not even:
         raise ParameterValueError(name, feature.shape, "the shape (height, width, 3) with even height and width")
