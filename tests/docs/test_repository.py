@@ -66,7 +66,7 @@ def test_requirements_are_pinned() -> None:
         table = tomllib.loads((project / "pyproject.toml").read_text("utf-8"))["project"]
         for group in (table["dependencies"], *table.get("optional-dependencies", {}).values()):
             wanted |= {re.split(r"[<>=\[; ]", requirement)[0].lower() for requirement in group}
-    assert {want for want in wanted if not want.startswith("frobs-")} - pinned == set()
+    assert {want for want in wanted if "frobs" not in want} - pinned == set()
     assert "torch==2.13.0" in _lines("constraints.txt")
 
 

@@ -38,7 +38,7 @@ def test_settings_survive_a_configuration_file() -> None:
     from lerobot.envs.configs import EnvConfig
 
     given = config(task="PandaLift-v0", fps=50, kwargs={"reward_type": "sparse"})
-    assert draccus.decode(EnvConfig, draccus.encode(given)) == given
+    assert draccus.decode(EnvConfig, draccus.encode(given, EnvConfig)) == given
     assert given.fps == 50
 
 

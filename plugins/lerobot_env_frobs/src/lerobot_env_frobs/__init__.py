@@ -6,12 +6,7 @@ environment type ``frobs`` if LeRobot is installed.
 
 from importlib.util import find_spec
 
-import gymnasium
-
-GYM_ID = "lerobot_env_frobs/Environment-v0"
-"""Gymnasium ID of all FRobs environments in LeRobot's format. The keyword ``task`` chooses the FRobs ID."""
-
-gymnasium.register(GYM_ID, entry_point="lerobot_env_frobs.environment:make")
+from lerobot_env_frobs.environment import GYM_ID as GYM_ID
 
 if find_spec("lerobot") is not None:
     from lerobot_env_frobs.config import FrobsEnv as FrobsEnv

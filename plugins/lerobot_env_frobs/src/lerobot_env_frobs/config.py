@@ -10,8 +10,7 @@ from lerobot.configs import FeatureType, PolicyFeature
 from lerobot.envs.configs import EnvConfig
 from lerobot.utils.constants import ACTION, OBS_ENV_STATE, OBS_IMAGES, OBS_STATE
 
-import lerobot_env_frobs
-from lerobot_env_frobs.environment import ENVIRONMENT_STATE, PIXELS, STATE, make
+from lerobot_env_frobs.environment import ENVIRONMENT_STATE, GYM_ID, PIXELS, STATE, make
 
 _NAMES = {ACTION: ACTION, STATE: OBS_STATE, ENVIRONMENT_STATE: OBS_ENV_STATE}
 _KINDS = {ACTION: FeatureType.ACTION, STATE: FeatureType.STATE, ENVIRONMENT_STATE: FeatureType.ENV}
@@ -68,12 +67,12 @@ class FrobsEnv(EnvConfig):
     @property
     def package_name(self) -> str:
         """Package that LeRobot imports to register the Gymnasium ID."""
-        return lerobot_env_frobs.__name__
+        return "lerobot_env_frobs"
 
     @property
     def gym_id(self) -> str:
         """Gymnasium ID of all FRobs environments in LeRobot's format."""
-        return lerobot_env_frobs.GYM_ID
+        return GYM_ID
 
     @property
     def gym_kwargs(self) -> dict[str, Any]:

@@ -11,6 +11,11 @@ import numpy as np
 from frobs_core.kernel.env import RobotEnv
 from frobs_core.util.errors import ConfigurationError
 
+GYM_ID = "lerobot_env_frobs/Environment-v0"
+"""Gymnasium ID of all FRobs environments in LeRobot's format. The keyword ``task`` chooses the FRobs ID."""
+
+gym.register(GYM_ID, entry_point="lerobot_env_frobs.environment:make")
+
 STATE, ENVIRONMENT_STATE, PIXELS = "agent_pos", "environment_state", "pixels"
 """Keys of an observation in LeRobot's environments."""
 
