@@ -84,7 +84,9 @@ def load(source: str, env: gym.vector.VectorEnv[Any, Any, Any], episodes: int, s
     return found
 
 
-def collect(env: gym.vector.VectorEnv[Any, Any, Any], policy_name: str, episodes: int, seed: int) -> Demonstrations:
+def collect(
+    env: gym.vector.VectorEnv[Any, Any, Any], policy_name: str, episodes: int, seed: int, noise: float = 0.0
+) -> Demonstrations:
     """Play episodes with a policy, in new environments that equal those of the training run.
 
     Args:
@@ -92,6 +94,8 @@ def collect(env: gym.vector.VectorEnv[Any, Any, Any], policy_name: str, episodes
         policy_name: Name or path of the policy.
         episodes: Number of episodes.
         seed: Seed of the episodes.
+        noise: Standard deviation of the noise that disturbs continuous actions. The returned actions do not include it,
+            so they are the policy's corrections (DART, Laskey et al. 2017).
 
     Raises:
         ConfigurationError: The environments cannot be recreated.
@@ -112,15 +116,15 @@ def collect(env: gym.vector.VectorEnv[Any, Any, Any], policy_name: str, episodes
     try:
         policy = load_policy(policy_name, venv.env)
         try:
-            return _play(venv, policy, episodes, seed)
+            return _play(venv, policy, episodes, seed, noise)
         finally:
             policy.close()
     finally:
         venv.close()
 
 
-def _play(venv: VectorEnvAdapter, policy: Policy, episodes: int, seed: int) -> Demonstrations:
-    num_envs, space = venv.num_envs, venv.action_space
+def _play(venv: VectorEnvAdapter, policy: Policy, episodes: int, seed: int, noise: float) -> Demonstrations:
+    num_envs, space, generator = venv.num_envs, venv.action_space, np.random.default_rng(seed)
     # A fixed number of episodes per environment, because the first episodes to end are shorter than the average.
     left = episodes // num_envs + (np.arange(num_envs) < episodes % num_envs)
     steps: list[tuple[Any, ...]] = []
@@ -128,10 +132,12 @@ def _play(venv: VectorEnvAdapter, policy: Policy, episodes: int, seed: int) -> D
     observation: Any = venv.reset()
     start = np.ones(num_envs, bool)
     while left.any():
-        action = policy.act(observation, start)
+        action = executed = policy.act(observation, start)
         if isinstance(space, spaces.Box):
             action = np.clip(action, space.low, space.high)
-        following, reward, done, infos = venv.step(action)
+            disturbed = action + noise * generator.standard_normal(action.shape)
+            executed = np.clip(disturbed, space.low, space.high).astype(space.dtype)
+        following, reward, done, infos = venv.step(executed)
         final = apply(np.array, following)
         for row in np.flatnonzero(done).tolist():
             apply(partial(_put, row), final, infos[row]["terminal_observation"])
