@@ -75,7 +75,7 @@ class OnPolicyConfig(SB3Config):
         policy_kwargs: Settings of the networks.
         initial_policy: Name or path of a policy, such as ``expert``, that the networks imitate before training starts,
             or None. ``policy_kwargs.log_std_init`` sets the exploration around its actions.
-        initial_episodes: Number of episodes that the initial policy plays.
+        initial_episodes: Number of episodes that the initial policy plays, with the exploration of the first rollout.
         initial_updates: Number of gradient steps of the imitation.
     """
 

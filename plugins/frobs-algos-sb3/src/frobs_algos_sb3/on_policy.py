@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -64,8 +65,10 @@ class OnPolicy(SB3Algorithm):
         super().__init__(env, config, seed)
         name = self._config.initial_policy
         if name is not None:
+            # With the noise of the first rollouts, the episodes visit the same states and have the same returns.
+            noise = 0.0 if self._config.use_sde else math.exp(self._config.policy_kwargs.log_std_init)
             episodes = self._config.initial_episodes
-            played = self._demonstrate(lambda env, seed: demonstrations.collect(env, name, episodes, seed))
+            played = self._demonstrate(lambda env, seed: demonstrations.collect(env, name, episodes, seed, noise))
             self._imitate(self._targets(played), self._config.initial_updates)
 
     def _targets(self, played: Demonstrations) -> Targets:

@@ -77,9 +77,13 @@ def read(buffer: ReplayBuffer, folder: Path) -> None:
 
 
 def row_count(folder: Path) -> int:
-    """Return the number of rows that :func:`write` has written into a folder."""
+    """Return the number of rows that :func:`write` has written into a folder, for a buffer of a single environment."""
     try:
-        return int(storage.read_json(folder / "index.json")["rows"])
+        index_file = storage.read_json(folder / "index.json")
+        rows = int(index_file["rows"])
+        if not 0 < rows <= len(index_file["blocks"]) * BLOCK_STEPS:
+            raise ValueError(f"its blocks cannot have {rows} rows")
+        return rows
     except (KeyError, TypeError, ValueError) as error:
         raise CheckpointError(f"{folder / 'index.json'} is damaged: {error}.") from error
 

@@ -103,7 +103,9 @@ def load(source: str, env: gym.vector.VectorEnv[Any, Any, Any], episodes: int, s
     return found
 
 
-def collect(env: gym.vector.VectorEnv[Any, Any, Any], policy_name: str, episodes: int, seed: int) -> Demonstrations:
+def collect(
+    env: gym.vector.VectorEnv[Any, Any, Any], policy_name: str, episodes: int, seed: int, noise: float = 0.0
+) -> Demonstrations:
     """Play episodes with a policy, in new environments that equal those of the training run.
 
     Args:
@@ -111,6 +113,8 @@ def collect(env: gym.vector.VectorEnv[Any, Any, Any], policy_name: str, episodes
         policy_name: Name or path of the policy.
         episodes: Number of episodes.
         seed: Seed of the episodes.
+        noise: Standard deviation of the noise that disturbs continuous actions. The returned actions do not include it,
+            so they are the policy's corrections (DART, Laskey et al. 2017).
 
     Raises:
         ConfigurationError: The environments cannot be recreated.
@@ -130,21 +134,25 @@ def collect(env: gym.vector.VectorEnv[Any, Any, Any], policy_name: str, episodes
     playing = recipe.make(min(episodes, _MOST_ENVS), recipe.kwargs.get("num_threads") or 1)
     try:
         with closing(load_policy(policy_name, playing)) as policy:
-            return _play(playing, policy, episodes, seed)
+            return _play(playing, policy, episodes, seed, noise)
     finally:
         playing.close()
 
 
-def _play(env: gym.vector.VectorEnv[Any, Any, Any], policy: Policy, episodes: int, seed: int) -> Demonstrations:
-    num_envs, space = env.num_envs, env.single_action_space
+def _play(
+    env: gym.vector.VectorEnv[Any, Any, Any], policy: Policy, episodes: int, seed: int, noise: float
+) -> Demonstrations:
+    num_envs, space, generator = env.num_envs, env.single_action_space, np.random.default_rng(seed)
     # A fixed number of episodes per environment, because the first episodes to end are shorter than the average.
     left = episodes // num_envs + (np.arange(num_envs) < episodes % num_envs)
     steps: list[tuple[Any, ...]] = []
     observation, _ = env.reset(seed=seed)
     observation, start = apply(np.array, observation), np.ones(num_envs, np.bool_)
     while left.any():
-        action = clipped(policy.act(observation, start), space)
-        following, reward, terminated, truncated, info = env.step(action)
+        action = executed = clipped(policy.act(observation, start), space)
+        if noise:
+            executed = clipped(action + noise * generator.standard_normal(action.shape), space)
+        following, reward, terminated, truncated, info = env.step(executed)
         done, following = terminated | truncated, apply(np.array, following)
         final = apply(np.array, following)
         for row in np.flatnonzero(done).tolist():
