@@ -68,7 +68,6 @@ OTHER_NAMES = {
 
 OPTIONAL = {
     DEVKIT: {"pytest", "stable_baselines3"},  # in the tests of plugins; a further checker of environments
-    "frobs-algos-sb3": {"frobs_data"},  # reads demonstrations
     TRAIN: {"tensorboard"},  # event files are written if it is installed
     "frobs-rl-compat": {"gym", "rospkg"},  # its own replacement for gym; finds the packages that a configuration names
     "lerobot_env_frobs": {"lerobot"},  # which imports this distribution

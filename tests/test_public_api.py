@@ -30,6 +30,7 @@ MODULES = {
 
 BUILT_ON = {
     "frobs-algos-sbx": ("frobs-algos-sb3",),
+    "frobs-data": ("frobs-train",),
     "frobs-ray": ("frobs-algos-sb3", "frobs-train"),
     "frobs-rl-compat": ("frobs-ros", "frobs-algos-sb3"),
 }

@@ -24,10 +24,21 @@ def parse(name: str, args: list[str]) -> dict[str, Any]:
 
 @pytest.mark.parametrize(("name", "option"), INTEGERS, ids=" ".join)
 def test_every_integer_option_accepts_every_spelling(name: str, option: str) -> None:
-    needed = ["x" for param in COMMANDS[name].params if param.required]
+    params = {param.opts[0]: param for param in COMMANDS[name].params}
+    needed = [word for key, param in params.items() if param.required for word in _required(key)]
+    count = params[option].nargs
+    expected: Any = [10] * count if count > 1 or getattr(params[option], "multiple", False) else 10
     for spelling in ("1e1", "1E+1", "10.0", "1_0", "10"):
-        assert parse(name, [*needed, option, spelling])[option] == 10
-        assert parse(name, [*needed, f"{option}={spelling}"])[option] == 10
+        values = parse(name, [*needed, option, *[spelling] * count])[option]
+        assert (list(values) if isinstance(expected, list) else values) == expected
+        if count == 1:
+            values = parse(name, [*needed, f"{option}={spelling}"])[option]
+            assert (list(values) if isinstance(expected, list) else values) == expected
+
+
+def _required(name: str) -> list[str]:
+    """Return a required argument or option with a value."""
+    return [name, "x"] if name.startswith("-") else ["x"]
 
 
 @pytest.mark.parametrize("text", ["1.5", "1e-1", "inf", "nan", "many", "1e999999999", ""])

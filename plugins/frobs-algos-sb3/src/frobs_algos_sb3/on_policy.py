@@ -16,11 +16,13 @@ from stable_baselines3.common.utils import obs_as_tensor
 from torch.nn.functional import mse_loss
 
 from frobs_algos import demonstrations
-from frobs_algos.demonstrations import Array, Demonstrations, take
+from frobs_algos.demonstrations import Demonstrations, take
 from frobs_algos_sb3 import state
 from frobs_algos_sb3.algorithm import SB3Algorithm
 from frobs_algos_sb3.config import OnPolicyConfig
 from frobs_core.description import Observation
+
+Array = np.ndarray[Any, Any]
 
 LEARNING_RATE = 1e-3
 """Initial learning rate of the imitation, which decreases linearly to 0."""

@@ -9,7 +9,6 @@ import sys
 import traceback
 from collections.abc import Collection, Sequence
 from decimal import Decimal, InvalidOperation
-from itertools import pairwise
 from typing import Any, NoReturn, get_args
 
 import typer
@@ -43,8 +42,12 @@ class FrobsCommand(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the arguments, after writing whole numbers such as ``1e5`` as integers."""
-        names = {name for option in self.get_params(ctx) if _is_integer(option) for name in option.opts}
-        return super().parse_args(ctx, [_as_integer(*pair, names) for pair in pairwise(["", *args])])
+        counts = {name: option.nargs for option in self.get_params(ctx) if _is_integer(option) for name in option.opts}
+        written, left = [], 0
+        for arg in args:
+            written.append(_as_integer(arg, counts, is_value=left > 0))
+            left = counts.get(arg, max(0, left - 1))
+        return super().parse_args(ctx, written)
 
 
 class FrobsGroup(TyperGroup):
@@ -167,10 +170,10 @@ def _is_integer(parameter: Any) -> bool:
     return annotation is int or int in get_args(annotation)
 
 
-def _as_integer(before: str, arg: str, names: Collection[str]) -> str:
-    """Rewrite the value of an integer option in an argument, which follows the argument ``before``."""
-    name, sign, value = ("", "", arg) if before in names else arg.partition("=")
-    if before not in names and not (sign and name in names):
+def _as_integer(arg: str, names: Collection[str], is_value: bool) -> str:
+    """Rewrite the value of an integer option in an argument, which is the value itself or ``name=value``."""
+    name, sign, value = ("", "", arg) if is_value else arg.partition("=")
+    if not is_value and not (sign and name in names):
         return arg
     try:
         number = Decimal(value)

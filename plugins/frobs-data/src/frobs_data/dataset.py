@@ -173,8 +173,8 @@ class Dataset:
             file = open_table(path, _METADATA, BUDGET["episodes"])
             names = [name for name in file.schema_arrow.names if name.startswith("stats/")]
             table = read_table(file, path, ["episode_index", *names])
-            wanted = {episode.index for episode in chosen if episode.listed == place}
-            kept = [row for row, index in enumerate(table["episode_index"].to_pylist()) if index in wanted]
+            indices = {episode.index for episode in chosen if episode.listed == place}
+            kept = [row for row, index in enumerate(table["episode_index"].to_pylist()) if index in indices]
             found.update({row["episode_index"]: row for row in table.take(kept).to_pylist()})
         return [found[episode.index] for episode in chosen]
 

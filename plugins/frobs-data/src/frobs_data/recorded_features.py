@@ -9,8 +9,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.contracts import Control, Snapshot
-from frobs_core.description import Observation
-from frobs_core.description.observation_term import VECTORS
+from frobs_core.description import VECTORS, Observation
 from frobs_core.sensing.observation import Observations
 from frobs_core.util.errors import ConfigurationError, ParameterValueError
 from frobs_data.layout import Feature

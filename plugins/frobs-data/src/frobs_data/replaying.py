@@ -102,7 +102,7 @@ def replay(
             stack.callback(env.close)
             base = env.unwrapped
             if not isinstance(base, RobotEnv):
-                raise DataError(folder, f"'{environment}' is no FRobs environment, so it has no start states.")
+                raise DataError(folder, f"'{environment}' is not a FRobs environment, so it has no start states.")
             return base
 
         env = make()
