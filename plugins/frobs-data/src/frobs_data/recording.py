@@ -11,7 +11,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.contracts import Policy, Snapshot
-from frobs_core.description.observation_term import VECTORS
+from frobs_core.description import VECTORS
 from frobs_core.kernel.policies import find_policy
 from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.util.arrays import Action, Mask
