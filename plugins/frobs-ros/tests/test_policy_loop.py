@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -8,11 +9,14 @@ import numpy as np
 import pytest
 
 from frobs_core.util.arrays import Floats
-from frobs_deploy import Policy
+from frobs_deploy import Policy, read_bundle
 from frobs_ros.policy_node import policy_loop
 from frobs_ros.policy_node.mirror import Command, Mirror, State
 from frobs_ros.policy_node.policy_loop import RobotSilentError, act
+from frobs_train import resolve_config, train
+from frobs_train.export.export import export
 from frobs_train.export.pretrained import read_pretrained
+from frobs_train.runs.policy import load_algorithm
 
 REACH = "frobs/Irb120Reach-v0"
 
@@ -135,3 +139,35 @@ def test_an_interrupt_leaves_the_robot_told_to_stay(parts: Any) -> None:
     with pytest.raises(KeyboardInterrupt):
         act(robot, mirror, policy)
     assert len(robot.commands) == 6
+
+
+@pytest.mark.slow
+def test_a_policy_with_memory_acts_as_in_evaluation_and_forgets_at_a_new_goal(tmp_path: Path, parts: Any) -> None:
+    """The node, ``frobs-deploy`` and the algorithm itself give the same actions for the same observations."""
+    settings = ["steps=20", "num_envs=1", "algorithm_config.demonstrations=pretrained"]
+    settings += ["algorithm_config.demonstration_episodes=1", "algorithm_config.history=4"]
+    run = train(resolve_config(REACH, flags={"algorithm": "bc", "seed": 0}, settings=settings), tmp_path / "run")
+    export(run, tmp_path / "memory.frobs")
+    robot = parts[0]
+    mirror, policy = Mirror(read_bundle(tmp_path / "memory.frobs")), Policy(tmp_path / "memory.frobs")
+    assert policy.recurrent
+    seen: list[Any] = []
+    observe = mirror.observe
+    mirror.observe = lambda state: seen.append(observe(state)) or seen[-1]  # type: ignore[method-assign, func-returns-value]
+    acted: list[Any] = []
+    step = mirror.act
+    mirror.act = lambda action: acted.append(np.array(action)) or step(action)  # type: ignore[method-assign, func-returns-value]
+    restarts: list[int] = []
+    goal = np.array([0.3, -0.25, 0.6])
+    robot.after = lambda robot: robot.goals.append(goal) if len(robot.commands) == 10 else None
+    act(
+        robot, mirror, policy, goal=np.array([0.35, 0.15, 0.5]), on_step=lambda report: restarts.append(report.restarts)
+    )
+    mirror.close()
+    assert restarts[-1] == 1
+    algorithm = load_algorithm(run, mirror.env.observation_space, mirror.env.action_space)[0]
+    state = None
+    for index, (observation, action) in enumerate(zip(seen, acted, strict=True)):
+        start = index == 0 or restarts[index] != restarts[index - 1]
+        expected, state = algorithm.predict(np.asarray(observation)[None], state, np.array([start]))
+        np.testing.assert_allclose(action, expected[0], atol=1e-4)
