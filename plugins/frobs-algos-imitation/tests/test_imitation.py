@@ -75,12 +75,19 @@ def shown(space: Spaces, n: int = 40, episode: int = 10) -> Demonstrations:
     )
 
 
+def untrained(cls: Any, spaces: Any, config: dict[str, Any], seed: int) -> Any:
+    """Return an algorithm without demonstrations."""
+    algorithm = cls.__new__(cls)
+    algorithm._build(spaces, spaces.single_observation_space, spaces.single_action_space, cls._settings(config), seed)
+    return algorithm
+
+
 def weights(run: Run) -> dict[str, th.Tensor]:
     folder = run.newest_checkpoint()[0].path / "algorithm"
     return th.load(folder / "policy.pt", weights_only=True)
 
 
-@pytest.mark.parametrize("algorithm", STEPS)
+@pytest.mark.parametrize("algorithm", ["bc", "dagger", pytest.param("act", marks=pytest.mark.slow)])
 def test_an_interrupted_run_equals_an_uninterrupted_one(algorithm: str, tmp_path: Path) -> None:
     whole = train(small_config(algorithm), tmp_path / "whole")
     third = STEPS[algorithm] // 3
@@ -108,7 +115,7 @@ def test_dagger_labels_with_the_expert_and_acts_as_the_learner(tmp_path: Path) -
 
 
 def test_behavior_cloning_imitates(tmp_path: Path) -> None:
-    algorithm = BC(VECTOR, {"net_arch": [64, 64], "learning_rate": 0.01}, seed=0)  # type: ignore[arg-type]
+    algorithm = untrained(BC, VECTOR, {"net_arch": [64, 64], "learning_rate": 0.01}, seed=0)  # type: ignore[arg-type]
     data = shown(VECTOR)
     algorithm.samples = Samples.of(data.observation, None, data.action, data.episode_start)
     algorithm.policy.normalize(algorithm.samples.frames)
@@ -140,7 +147,7 @@ def test_a_window_begins_with_the_episode() -> None:
 )
 def test_rows_of_a_batch_do_not_leak_into_each_other(cls: type[BC], config: dict[str, Any]) -> None:
     """Episodes of a batch end at different steps; every row acts as if it were alone."""
-    algorithm = cls(VECTOR, config, seed=0)  # type: ignore[arg-type]
+    algorithm = untrained(cls, VECTOR, config, seed=0)  # type: ignore[arg-type]
     rng = np.random.default_rng(1)
     seen = rng.normal(size=(20, 3, 3)).astype(np.float32)  # (steps, rows, size)
     starts = np.zeros((20, 3), bool)
@@ -159,7 +166,7 @@ def test_rows_of_a_batch_do_not_leak_into_each_other(cls: type[BC], config: dict
 
 
 def test_the_memory_in_acting_equals_the_windows_of_learning() -> None:
-    algorithm = BC(VECTOR, {"history": 3, "net_arch": [16]}, seed=0)  # type: ignore[arg-type]
+    algorithm = untrained(BC, VECTOR, {"history": 3, "net_arch": [16]}, seed=0)  # type: ignore[arg-type]
     rng = np.random.default_rng(2)
     seen, starts, state, acted = rng.normal(size=(12, 3)).astype(np.float32), np.arange(12) % 5 == 0, None, []
     for observation, start in zip(seen, starts, strict=True):
@@ -176,7 +183,7 @@ def test_the_memory_in_acting_equals_the_windows_of_learning() -> None:
 
 def test_predictions_of_the_same_action_are_averaged() -> None:
     """The weights are those of Zhao et al. 2023: exp(−m·i), where the oldest prediction has i = 0."""
-    algorithm = ACT(VECTOR, {"chunk": 3, "width": 8, "heads": 2, "ensemble": 0.5}, seed=0)  # type: ignore[arg-type]
+    algorithm = untrained(ACT, VECTOR, {"chunk": 3, "width": 8, "heads": 2, "ensemble": 0.5}, seed=0)  # type: ignore[arg-type]
     seen = np.random.default_rng(3).normal(size=(6, 3)).astype(np.float32)
     with th.no_grad():
         chunks = algorithm.policy.predictions(th.as_tensor(seen)[:, None]).numpy()  # (steps, chunk, size)
@@ -191,7 +198,7 @@ def test_predictions_of_the_same_action_are_averaged() -> None:
 
 
 def test_goal_conditioned_observations_are_read_in_the_order_of_the_space(tmp_path: Path) -> None:
-    algorithm = BC(GOAL, {"net_arch": [8]}, seed=0)  # type: ignore[arg-type]
+    algorithm = untrained(BC, GOAL, {"net_arch": [8]}, seed=0)  # type: ignore[arg-type]
     data: Any = shown(GOAL).observation
     mixed = {key: data[key] for key in ("observation", "desired_goal")}
     swapped = {key: data[key] for key in ("desired_goal", "observation")}
@@ -211,7 +218,7 @@ def test_goal_conditioned_observations_are_read_in_the_order_of_the_space(tmp_pa
 def test_the_graph_acts_as_the_policy(cls: Any, config: dict[str, Any], spaces: Spaces) -> None:
     import onnxruntime
 
-    algorithm = cls(spaces, config, seed=0)
+    algorithm = untrained(cls, spaces, config, seed=0)
     session = onnxruntime.InferenceSession(algorithm.export_onnx(), providers=["CPUExecutionProvider"])
     rng, state = np.random.default_rng(4), None
     shapes = algorithm.policy.state_shapes
@@ -276,6 +283,7 @@ def test_a_run_is_evaluated_like_any_other(tmp_path: Path) -> None:
         ("bc", ["algorithm_config.demonstrations=nobody"], "nobody"),
         ("bc", ["algorithm_config.demonstrations=./missing"], "missing"),
         ("dagger", ["algorithm_config.updats=3"], "updates"),
+        ("dagger", ["algorithm_config.expert=nobody"], "nobody"),
         ("act", ["algorithm_config.heads=3"], "heads"),
         ("bc", ["algorithm_config.net_arch=[]"], "net_arch"),
     ],
@@ -283,6 +291,7 @@ def test_a_run_is_evaluated_like_any_other(tmp_path: Path) -> None:
 def test_bad_settings_are_named(algorithm: str, settings: list[str], message: str, tmp_path: Path) -> None:
     with pytest.raises(FrobsError, match=message):
         train(small_config(algorithm, *settings), tmp_path / "run")
+    assert not (tmp_path / "run").exists()
 
 
 def test_spaces_that_cannot_be_learned_are_named() -> None:
@@ -294,7 +303,7 @@ def test_spaces_that_cannot_be_learned_are_named() -> None:
 
 @pytest.mark.parametrize("name", ["policy.pt", "training.pt", "samples/part_00000.npz", "algorithm.json"])
 def test_damaged_files_are_named(name: str, tmp_path: Path) -> None:
-    algorithm = BC(VECTOR, {"net_arch": [8]}, seed=0)  # type: ignore[arg-type]
+    algorithm = untrained(BC, VECTOR, {"net_arch": [8]}, seed=0)  # type: ignore[arg-type]
     data = shown(VECTOR)
     algorithm.samples = Samples.of(data.observation, None, data.action, data.episode_start)
     (tmp_path / "good").mkdir()

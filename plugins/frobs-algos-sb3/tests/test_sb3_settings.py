@@ -18,7 +18,7 @@ NO_SETTINGS = {
 }  # fmt: skip
 OURS = {
     "scale_observation", "normalize_observation", "normalize_reward", "clip_observation", "clip_reward", "torch_threads",
-    "replay_buffer", "demonstrations", "demonstration_episodes", "initial_policy", "initial_episodes", "initial_updates",
+    "replay_buffer", "demonstrations", "demonstration_episodes", "demonstration_mapping", "initial_policy", "initial_episodes", "initial_updates",
 }  # fmt: skip
 NO_NETWORK_SETTINGS = {
     "self",

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
+import gymnasium as gym
 import torch as th
 
 from frobs_algos import demonstrations
@@ -24,14 +26,17 @@ class BC(ImitationAlgorithm):
 
     _config: CloningConfig
 
+    def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any], seed: int) -> None:
+        super().__init__(env, config, seed)
+        self._load_samples(env)  # now, so that a wrong source leaves no run folder behind
+
     @property
     def _chunk(self) -> int:
         return 1
 
     def train(self, steps: int, monitor: TrainingMonitor) -> None:
         """Train until the total number of updates reaches ``steps``."""
-        if self.samples is None:
-            self._load_samples()
+        self._training_env()
         total, count = 0.0, 0
         while self.steps < steps:
             total, count = total + self._update(self.steps / steps), count + 1
@@ -44,9 +49,10 @@ class BC(ImitationAlgorithm):
             if not go_on:
                 return
 
-    def _load_samples(self) -> None:
-        config, env = self._config, self._training_env()
-        shown = demonstrations.load(config.demonstrations, env, config.demonstration_episodes, self._seed)
+    def _load_samples(self, env: gym.vector.VectorEnv[Any, Any, Any]) -> None:
+        config = self._config
+        source, episodes, mapping = config.demonstrations, config.demonstration_episodes, config.demonstration_mapping
+        shown = demonstrations.load(source, env, episodes, self._seed, mapping)
         th.set_num_threads(config.torch_threads)  # opening a trained policy may change it
         observation: Any = in_order(shown.observation, self.observation_space)
         action = shown.action if config.history > 1 else None

@@ -35,10 +35,13 @@ class CloningConfig(ImitationConfig):
         demonstrations: Folder of a recorded data set, or the name or path of a policy that plays the demonstrations,
             such as ``expert``.
         demonstration_episodes: Number of episodes that a policy plays. A data set is used as a whole.
+        demonstration_mapping: YAML file that maps observation terms to the columns of a data set that FRobs did not
+            record, or None.
     """
 
     demonstrations: str = "expert"
     demonstration_episodes: PositiveInt = 100
+    demonstration_mapping: str | None = None
 
 
 class DaggerConfig(ImitationConfig):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import closing
 from typing import Any, ClassVar
 
+import gymnasium as gym
 import numpy as np
 
 from frobs_algos.demonstrations import clipped
@@ -26,6 +28,10 @@ class Dagger(ImitationAlgorithm):
     config_model: ClassVar[type[ImitationConfig]] = DaggerConfig
 
     _config: DaggerConfig
+
+    def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any], seed: int) -> None:
+        super().__init__(env, config, seed)
+        load_policy(self._config.expert, env).close()  # so that a wrong name leaves no run folder behind
 
     @property
     def _chunk(self) -> int:

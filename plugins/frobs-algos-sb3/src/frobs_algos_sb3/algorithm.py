@@ -46,7 +46,15 @@ if TYPE_CHECKING:
 
 _FIXED = (
     *("policy_kwargs", "scale_observation", "normalize_observation", "normalize_reward", "use_sde"),
-    *("buffer_size", "replay_buffer", "optimize_memory_usage", "n_steps", "demonstrations", "demonstration_episodes"),
+    *(
+        "buffer_size",
+        "replay_buffer",
+        "optimize_memory_usage",
+        "n_steps",
+        "demonstrations",
+        "demonstration_episodes",
+        "demonstration_mapping",
+    ),
 )
 """Settings that cannot change during training, because networks, optimizers or buffers depend on them."""
 

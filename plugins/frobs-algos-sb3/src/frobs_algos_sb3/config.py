@@ -49,7 +49,12 @@ class SB3Config(Settings):
 
 
 _OURS = (
-    *("demonstrations", "demonstration_episodes", "initial_policy", "initial_episodes", "initial_updates"),
+    "demonstrations",
+    "demonstration_episodes",
+    "demonstration_mapping",
+    "initial_policy",
+    "initial_episodes",
+    "initial_updates",
     "scale_observation",
     "normalize_observation",
     "normalize_reward",

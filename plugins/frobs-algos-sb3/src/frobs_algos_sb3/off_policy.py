@@ -79,6 +79,8 @@ class OffPolicyConfig(SB3Config):
         demonstrations: Folder of a data set, or name or path of a policy, such as ``expert``, that plays episodes before
             training starts, or None. Half of each batch is then drawn from these steps.
         demonstration_episodes: Number of episodes that the policy plays. A data set is used as a whole.
+        demonstration_mapping: YAML file that maps observation terms to the columns of a data set that FRobs did not
+            record, or None.
     """
 
     buffer_size: PositiveInt = 1_000_000
@@ -91,6 +93,7 @@ class OffPolicyConfig(SB3Config):
     replay_buffer: ReplayBufferConfig = ReplayBufferConfig()
     demonstrations: str | None = None
     demonstration_episodes: PositiveInt = 50
+    demonstration_mapping: str | None = None
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -151,7 +154,10 @@ class OffPolicy(SB3Algorithm):
         source, episodes = self._config.demonstrations, self._config.demonstration_episodes
         if source is None:
             return
-        found = self._demonstrate(lambda env, seed: demonstrations.load(source, env, episodes, seed).transitions())
+        mapping = self._config.demonstration_mapping
+        found = self._demonstrate(
+            lambda env, seed: demonstrations.load(source, env, episodes, seed, mapping).transitions()
+        )
         truncated = found.episode_end & ~found.terminated
         scales = isinstance(self.action_space, spaces.Box)
         rows = {

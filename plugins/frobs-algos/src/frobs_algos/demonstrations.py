@@ -72,7 +72,9 @@ class Demonstrations:
         return np.append(self.episode_start[1:], True)
 
 
-def load(source: str, env: gym.vector.VectorEnv[Any, Any, Any], episodes: int, seed: int) -> Demonstrations:
+def load(
+    source: str, env: gym.vector.VectorEnv[Any, Any, Any], episodes: int, seed: int, mapping: str | None = None
+) -> Demonstrations:
     """Read a data set, or play episodes with a policy.
 
     Args:
@@ -80,6 +82,7 @@ def load(source: str, env: gym.vector.VectorEnv[Any, Any, Any], episodes: int, s
         env: The environments of the training run.
         episodes: Number of episodes that the policy plays. A data set is used as a whole.
         seed: Seed of the episodes that the policy plays.
+        mapping: YAML file that maps observation terms to the columns of a data set of others.
 
     Raises:
         ConfigurationError: The source does not exist, or the environments cannot be recreated.
@@ -90,7 +93,9 @@ def load(source: str, env: gym.vector.VectorEnv[Any, Any, Any], episodes: int, s
     if is_path(source) and not path.exists():
         raise ConfigurationError(f"demonstrations: {source} does not exist; write a data set's folder or a policy.")
     if is_path(source) and path.is_dir() and not (path / "config.yaml").is_file():  # a run folder contains a policy
-        found = _read(path, env)
+        found = _read(path, env, mapping)
+    elif mapping is not None:
+        raise ConfigurationError(f"demonstration_mapping: '{source}' is a policy, not a data set; omit the mapping.")
     else:
         found = collect(env, source, episodes, seed)
     for field in fields(found):
@@ -173,12 +178,12 @@ def clipped(action: Action, space: gym.Space[Any]) -> Any:
     return np.clip(np.asarray(action, space.dtype), space.low, space.high)
 
 
-def _read(folder: Path, env: gym.vector.VectorEnv[Any, Any, Any]) -> Demonstrations:
+def _read(folder: Path, env: gym.vector.VectorEnv[Any, Any, Any], mapping: str | None) -> Demonstrations:
     try:
         frobs_data: Any = import_module("frobs_data")
     except ImportError as error:
         raise MissingDependencyError("reading a data set", ["frobs-data"], "pip install frobs-data") from error
-    arrays = frobs_data.training_arrays(folder, env)
+    arrays = frobs_data.training_arrays(folder, env, mapping)
     start = arrays["episode_start"]
     if not len(start):
         raise ConfigurationError(f"demonstrations: {folder} contains no steps; record some episodes.")
