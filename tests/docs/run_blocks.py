@@ -30,6 +30,10 @@ SHORTER: dict[str, dict[str, str]] = {
     "own-plugin.md": {"--run-dir runs/my_arm\n": "--run-dir runs/my_arm --steps 20_000\n"},
     "paced-simulators.md": {"--episodes 100": "--episodes 1"},
     "pixels.md": {"steps: 150_000": "steps: 1_024", "--episodes 1_000": "--episodes 4"},
+    "teach-a-robot.md": {
+        "--seed 0 --run-dir runs/clone": "--seed 0 --run-dir runs/clone --set algorithm_config.torch_threads=1",
+        "--run-dir runs/dagger\n": "--run-dir runs/dagger --steps 6_400 --set algorithm_config.final_updates=200\n",
+    },
     "train.md": {"--log wandb": "--log wandb --steps 4_096"},
     "write-an-algorithm.md": {"--num-threads 1": "--num-threads 1 --n-timesteps 2_048"},
 }
