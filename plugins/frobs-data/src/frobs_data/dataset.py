@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import zipfile
-import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
@@ -12,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import check_name
 from frobs_core.util.files import check_regular, read_json
 from frobs_data.budgets import BUDGET
@@ -28,6 +27,7 @@ from frobs_data.layout import (
     fill,
     read_info,
 )
+from frobs_data.stats import NAMES, shape_of, table_stats
 from frobs_data.tables import column_array, damaged, open_table, read_table, text_lists
 from frobs_data.video import decode
 
@@ -93,30 +93,29 @@ class Dataset:
         for name in names:
             if not self.features[check_name("feature", name, self.features)].is_numeric:
                 raise DataError(self.folder, f"the feature '{name}' is not a column of numbers.")
-        parts: dict[str, list[np.ndarray[Any, Any]]] = {name: [] for name in names}
-        for _, found in self._iter_files(names, range(len(self.episodes)) if episodes is None else episodes):
-            for name, values in found.items():
-                parts[name].append(values)
-        empty = {name: np.zeros((0, *self._row_shape(name)), self.features[name].dtype) for name in names}
-        return {name: np.concatenate(values) if values else empty[name] for name, values in parts.items()}
+        files = list(self.iter_files(names, range(len(self.episodes)) if episodes is None else episodes))
+        if not files:
+            features = {name: self.features[name] for name in names}
+            return {name: np.zeros((0, *feature.row_shape), feature.dtype) for name, feature in features.items()}
+        return {name: np.concatenate([columns[name] for _, columns in files]) for name in names}
+
+    def iter_files(
+        self, names: Sequence[str], episodes: Sequence[int]
+    ) -> Iterator[tuple[list[Episode], dict[str, np.ndarray[Any, Any]]]]:
+        """Yield successive episodes that are in the same file, with their part of :meth:`columns`."""
+        for place, group in groupby((self.episodes[index] for index in episodes), key=lambda episode: episode.place):
+            chosen = list(group)
+            yield chosen, self._read_file(place, chosen, names)
 
     def iter_columns(
         self, names: Sequence[str], episodes: Sequence[int]
     ) -> Iterator[tuple[Episode, dict[str, np.ndarray[Any, Any]]]]:
         """Yield each episode with its part of :meth:`columns`. Each file is read once."""
-        for chosen, found in self._iter_files(names, episodes):
+        for chosen, columns in self.iter_files(names, episodes):
             end = 0
             for episode in chosen:
                 begin, end = end, end + episode.length
-                yield episode, {name: values[begin:end] for name, values in found.items()}
-
-    def _iter_files(
-        self, names: Sequence[str], episodes: Sequence[int]
-    ) -> Iterator[tuple[list[Episode], dict[str, np.ndarray[Any, Any]]]]:
-        """Yield successive episodes that are in the same file, with their columns."""
-        for place, group in groupby((self.episodes[index] for index in episodes), key=lambda episode: episode.place):
-            chosen = list(group)
-            yield chosen, self._read_file(place, chosen, names)
+                yield episode, {name: values[begin:end] for name, values in columns.items()}
 
     def pictures(self, episode: int, key: str) -> np.ndarray[Any, Any]:
         """Return the pictures of a camera in one episode, (length, height, width, 3) uint8.
@@ -149,38 +148,37 @@ class Dataset:
             DataError: The file is damaged or too large.
         """
         path = self.folder / START_PATH.format(self.episodes[episode].index)
-        limit = BUDGET["bytes of a start state"]
         try:
-            check_regular(path, limit)
-            with zipfile.ZipFile(path) as archive:
-                if sum(item.file_size for item in archive.infolist()) > limit:
-                    raise DataError(path, f"the start state is larger than {limit:,} bytes.")
-            with np.load(path, allow_pickle=False) as arrays:
-                return {name: arrays[name] for name in arrays.files}
+            check_regular(path, BUDGET["bytes of a start state"])
+            # A mapped file cannot declare more data than it contains.
+            packed = np.load(path, mmap_mode="r", max_header_size=100_000)
+            return {name: np.array(packed[name]) for name in packed.dtype.names or ()}
         except FileNotFoundError:
             return None
-        except (OSError, ValueError, RuntimeError, KeyError, EOFError, MemoryError) as error:
-            raise damaged(path, error) from error
-        except (zipfile.BadZipFile, zlib.error, SyntaxError, TypeError) as error:
+        except (OSError, ValueError, RuntimeError, EOFError, MemoryError, SyntaxError, TypeError) as error:
             raise damaged(path, error) from error
 
-    def rows(self, episodes: Sequence[int]) -> list[dict[str, Any]]:
-        """Return the number and the statistics of episodes, as ``meta/episodes`` stores them."""
-        found: dict[int, dict[str, Any]] = {}
-        chosen = [self.episodes[index] for index in episodes]
-        for place in dict.fromkeys(episode.listed for episode in chosen):
+    def stats(self, episodes: Sequence[Episode], features: Mapping[str, Feature]) -> Floats:
+        """Return the statistics of episodes as ``meta/episodes`` lists them, see :data:`~frobs_data.stats.NAMES`.
+
+        Args:
+            episodes: The episodes.
+            features: The features of the data set, in the order of the returned columns.
+
+        Returns:
+            Array (episodes, 10, k), NaN for features without valid statistics.
+        """
+        width = sum(math.prod(shape_of(feature)) for feature in features.values())
+        if len(episodes) * len(NAMES) * width * 8 > (limit := BUDGET["bytes of a metadata file, decompressed"]):
+            raise DataError(self.folder, f"the statistics of the episodes need more than {limit:,} bytes of memory.")
+        found: dict[int, Floats] = {}
+        for place in dict.fromkeys(episode.listed for episode in episodes):
             path = self.folder / fill(EPISODES_PATH, place)
             file = open_table(path, _METADATA, BUDGET["episodes"])
             names = [name for name in file.schema_arrow.names if name.startswith("stats/")]
             table = read_table(file, path, ["episode_index", *names])
-            wanted = {episode.index for episode in chosen if episode.listed == place}
-            kept = [row for row, index in enumerate(table["episode_index"].to_pylist()) if index in wanted]
-            found.update({row["episode_index"]: row for row in table.take(kept).to_pylist()})
-        return [found[episode.index] for episode in chosen]
-
-    def _row_shape(self, name: str) -> tuple[int, ...]:
-        shape = self.features[name].shape
-        return () if shape == (1,) else shape
+            found |= zip(table["episode_index"].to_pylist(), table_stats(features, table, path), strict=True)
+        return np.stack([found[episode.index] for episode in episodes])
 
     def _read_file(
         self, place: Place, episodes: Sequence[Episode], names: Sequence[str]
@@ -254,12 +252,13 @@ class Dataset:
         return episodes
 
     def _episode(self, path: Path, row: Mapping[str, Any], tasks: tuple[str, ...], listed: Place) -> Episode:
-        def whole(name: str, most: int) -> int:
-            if type(row[name]) is not int or not 0 <= row[name] <= most:
-                raise DataError(path, f"'{name}' is {row[name]!r:.40}; it must be a whole number up to {most:,}.")
+        def whole(name: str, most: int, least: int = 0) -> int:
+            if type(row[name]) is not int or not least <= row[name] <= most:
+                rule = f"a whole number from {least} to {most:,}"
+                raise DataError(path, f"'{name}' is {row[name]!r:.40}; it must be {rule}.")
             return int(row[name])
 
-        length, files = whole("length", BUDGET["frames"]), 10**6
+        length, files = whole("length", BUDGET["frames"], 1), 10**6
         videos = {}
         for camera in self.info.cameras:
             name = f"videos/{camera}"

@@ -26,7 +26,7 @@ DATA_PATH = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 VIDEO_PATH = "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4"
 EPISODES_PATH = "meta/episodes/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 SETTINGS_PATH = "meta/frobs/settings.json"
-START_PATH = "meta/frobs/start/episode-{:06d}.npz"
+START_PATH = "meta/frobs/start/episode-{:06d}.npy"
 
 Place: TypeAlias = tuple[int, int]
 """Chunk and file index of a file."""
@@ -63,6 +63,11 @@ class Feature:
     def size(self) -> int:
         """Number of elements of one frame's value."""
         return math.prod(self.shape)
+
+    @property
+    def row_shape(self) -> tuple[int, ...]:
+        """Shape of one frame's value in an array: numbers have no axis."""
+        return () if self.shape == (1,) else self.shape
 
 
 INDEX: Mapping[str, Feature] = {
@@ -273,6 +278,17 @@ def next_place(place: Place) -> Place:
     return (place[0], place[1] + 1) if place[1] + 1 < FILES_PER_CHUNK else (place[0] + 1, 0)
 
 
+def nested_lists(values: np.ndarray[Any, Any], shape: Sequence[int], *, fixed: bool) -> pa.Array:
+    """Return an Arrow array of nested lists, of fixed or variable size, for the flat values of arrays of a shape."""
+    array = pa.array(values)
+    for size in reversed(shape):
+        if fixed:
+            array = pa.FixedSizeListArray.from_arrays(array, size)
+        else:
+            array = pa.ListArray.from_arrays(np.arange(0, len(array) + 1, size, dtype=np.int32), array)
+    return array
+
+
 def data_table(features: Mapping[str, Feature], columns: Mapping[str, np.ndarray[Any, Any]]) -> pa.Table:
     """Return the Arrow table of frames, with the metadata that Hugging Face's ``datasets`` expects.
 
@@ -280,15 +296,14 @@ def data_table(features: Mapping[str, Feature], columns: Mapping[str, np.ndarray
         features: Features of the data set. Cameras are left out.
         columns: Array of each feature, (n, k), or (n,) for the shape ``(1,)``.
     """
-    kept = {name: feature for name, feature in features.items() if not feature.is_video}
     described: dict[str, Any] = {}
     arrays = {}
-    for name, feature in kept.items():
-        described[name] = {"dtype": feature.dtype, "_type": "Value"}
-        arrays[name] = pa.array(columns[name].reshape(-1))
-        for size in reversed(feature.shape if feature.shape != (1,) else ()):
-            described[name] = {"feature": described[name], "length": size, "_type": "List"}
-            arrays[name] = pa.FixedSizeListArray.from_arrays(arrays[name], size)
+    for name, feature in features.items():
+        if not feature.is_video:
+            arrays[name] = nested_lists(columns[name].reshape(-1), feature.row_shape, fixed=True)
+            described[name] = {"dtype": feature.dtype, "_type": "Value"}
+            for size in reversed(feature.row_shape):
+                described[name] = {"feature": described[name], "length": size, "_type": "List"}
     return pa.table(arrays).replace_schema_metadata({"huggingface": json.dumps({"info": {"features": described}})})
 
 

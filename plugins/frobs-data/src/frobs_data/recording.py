@@ -32,7 +32,6 @@ from frobs_data.recorded_features import (
     TERMINATED,
     Camera,
     Vectors,
-    pack_state,
     picture_features,
     read_cameras,
     step_features,
@@ -348,7 +347,7 @@ class _Recorder:
         self._tape.begun[self.left == 0] = self._tape.now
         rows = np.flatnonzero(started & (self.left > 0))
         try:
-            state = pack_state(self.env.snapshot()) if len(rows) else {}
+            state = self.env.snapshot() if len(rows) else {}
         except CapabilityError:  # of the simulator; such an episode cannot be replayed
             return
         for row in rows.tolist():

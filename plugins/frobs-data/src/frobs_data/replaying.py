@@ -16,7 +16,7 @@ from frobs_core.util.validation import validate
 from frobs_data.dataset import Dataset
 from frobs_data.errors import DataError
 from frobs_data.layout import SETTINGS_PATH
-from frobs_data.recorded_features import ACTION, REWARD, SEED, SUCCESS, Vectors, unpack_state
+from frobs_data.recorded_features import ACTION, REWARD, SEED, SUCCESS, Vectors
 from frobs_train.configuration.config import RunConfig
 from frobs_train.environments import make_env
 from frobs_train.export.untrusted import check_config
@@ -202,7 +202,6 @@ class _Episode:
                 f"the start state of episode {self._number} is missing; the simulator that recorded it may not support "
                 "snapshots.",
             )
-        state = unpack_state(state)
         self._env.reset(seed=int(self._recorded[SEED][0]))
         expected = {name: values for name, values in self._env.snapshot().items() if name != "running"}
         for name, values in expected.items():

@@ -64,7 +64,8 @@ def read_table(
     Raises:
         DataError: A column is missing, or the file is damaged.
     """
-    missing = [name for name in columns if name not in file.schema_arrow.names]
+    present = set(file.schema_arrow.names)
+    missing = [name for name in columns if name not in present]
     if missing:
         raise DataError(path, f"the table has no column {', '.join(map(repr, missing))}.")
     try:
@@ -99,9 +100,8 @@ def column_array(column: pa.ChunkedArray, feature: Feature, path: Path, name: st
             array = array.flatten()
         if array.null_count or not _is_number(array.type):
             raise ValueError("it contains empty values or no numbers")
-        shape = () if feature.shape == (1,) else feature.shape
         values: np.ndarray[Any, Any] = array.to_numpy(zero_copy_only=False)
-        return values.astype(feature.dtype, copy=False).reshape(rows, *shape)
+        return values.astype(feature.dtype, copy=False).reshape(rows, *feature.row_shape)
     except (*_DAMAGE, AttributeError) as error:
         expected = f"{feature.dtype} values of shape {feature.shape}"
         raise DataError(path, f"the column '{name}' must contain {expected}: {_line(error)}.") from error
