@@ -43,8 +43,8 @@ from frobs_data.layout import (
     fill,
     is_inside,
 )
-from frobs_data.stats import NAMES, PictureStats, merge_stats, spans, vector_stats
-from frobs_data.video import CODECS, Encoder
+from frobs_data.stats import NAMES, merge_stats, spans, vector_stats
+from frobs_data.video import CODECS, Clip
 
 _WAITING = 128
 """Maximum number of pictures and episodes that wait to be written. After that, callers wait."""
@@ -55,55 +55,6 @@ _PATIENCE = 0.5
 _TYPES = ("float32", "float64", "int64", "int32", "uint8", "bool", "video")
 
 _Columns = dict[str, np.ndarray[Any, Any]]
-
-
-class Clip:
-    """Pictures of one camera during one episode. They are encoded in the background while they are added.
-
-    Use :meth:`DatasetWriter.clip` to make one, and give it to :meth:`DatasetWriter.add` as the column of the camera.
-    """
-
-    def __init__(self, writer: DatasetWriter, key: str, path: Path, codec: str) -> None:
-        self._writer, self.key, self.path, self._codec = writer, key, path, codec
-        self._shape = writer.info.features[key].shape
-        self._encoder: Encoder | None = None
-        self.stats = PictureStats()
-        self.length = 0
-
-    def append(self, picture: np.ndarray[Any, Any]) -> None:
-        """Add a picture, (height, width, 3) uint8. The array may be changed afterwards.
-
-        Raises:
-            ParameterValueError: The picture has the wrong shape or data type.
-            DataError: Writing failed earlier.
-        """
-        if np.shape(picture) != self._shape or picture.dtype != np.uint8:
-            raise ParameterValueError(self.key, np.shape(picture), f"a picture of shape {self._shape}, uint8")
-        copied = np.array(picture)
-        self.length += 1
-        self._writer.submit(lambda: self._encode(copied))
-
-    def discard(self) -> None:
-        """Delete the pictures, because the episode is not recorded."""
-        self._writer.submit(self._abort)
-
-    def finish(self) -> None:
-        """Complete the video. Only the writer's thread calls this method."""
-        if self._encoder:
-            self._encoder.close()
-            self._encoder = None
-
-    def _encode(self, picture: np.ndarray[Any, Any]) -> None:
-        if self._encoder is None:
-            self._encoder = Encoder(self.path, self._writer.info.fps, self._shape, self._codec)
-        self._encoder.add(picture)
-        self.stats.add(picture)
-
-    def _abort(self) -> None:
-        if self._encoder:
-            self._encoder.abort()
-            self._encoder = None
-        self.path.unlink(missing_ok=True)
 
 
 class DatasetWriter:
@@ -174,7 +125,8 @@ class DatasetWriter:
         """
         check_name("camera", key, self.info.cameras)
         self._clips += 1
-        return Clip(self, key, self.folder / PARTIAL / f"clip-{self._clips}.mp4", self._codec)
+        path = self.folder / PARTIAL / f"clip-{self._clips}.mp4"
+        return Clip(self._submit, path, self.info.fps, self.info.features[key].shape, self._codec)
 
     def add(
         self,
@@ -198,17 +150,24 @@ class DatasetWriter:
         own = [name for name in self.info.features if name not in INDEX]
         check_keys("the data set", columns, own)
         check_keys("the episode", own, columns)
-        vectors = [name for name in own if name not in self.info.cameras]
-        clips = {name: self._as_clip(name, columns[name]) for name in self.info.cameras}
-        length = len(columns[vectors[0]]) if vectors else clips[self.info.cameras[0]].length
-        values = {name: _checked(name, self.info.features[name], columns[name], length) for name in vectors}
-        for name, clip in clips.items():
-            if clip.length != length or not length:
-                raise ParameterValueError(name, clip.length, f"a sequence of {length} pictures, at least 1")
+        length = next((len(columns[name]) for name in own if name not in self.info.cameras), -1)
+        clips: dict[str, Clip] = {}
+        for key in self.info.cameras:
+            clip = clips[key] = columns[key] if isinstance(columns[key], Clip) else self.clip(key)
+            for picture in () if clip is columns[key] else columns[key]:
+                clip.append(picture)
+            length = clip.length if length < 0 else length
+            if clip.length != length:
+                raise ParameterValueError(key, clip.length, f"a sequence of {length} pictures")
+        if length < 1:
+            raise ParameterValueError("columns", length, "an episode of at least one frame")
+        values = {
+            name: _checked(name, self.info.features[name], columns[name], length) for name in own if name not in clips
+        }
         state = {name: np.array(value) for name, value in (start_state or {}).items()}
         if any(value.dtype.hasobject for value in state.values()):
             raise ParameterValueError("start_state", sorted(state), "a mapping to arrays of numbers or strings")
-        self.submit(lambda: self._write(values, clips, task, length, None if start_state is None else state))
+        self._submit(lambda: self._write(values, clips, task, length, state))
 
     def close(self) -> None:
         """Wait until all episodes are written, and join their files. Further calls have no effect.
@@ -220,7 +179,8 @@ class DatasetWriter:
             self._queue.put(self._join)
             self._queue.put(None)
             self._thread.join()
-            self._raise_error()
+            if self._error:
+                raise self._failure(self._error) from self._error
 
     def __enter__(self) -> DatasetWriter:
         """Return the writer."""
@@ -230,13 +190,10 @@ class DatasetWriter:
         """Close the writer. Whole episodes are kept even if the block raised an exception."""
         self.close()
 
-    def submit(self, job: Callable[[], object]) -> None:
-        """Run a function in the background thread.
-
-        Raises:
-            DataError: An earlier function failed.
-        """
-        self._raise_error()
+    def _submit(self, job: Callable[[], object]) -> None:
+        """Run a function in the background thread, unless an earlier one failed."""
+        if self._error:
+            raise self._failure(self._error) from self._error
         self._queue.put(job)
 
     def _work(self) -> None:
@@ -252,10 +209,6 @@ class DatasetWriter:
                 job = self._queue.get(timeout=wait)
             except Empty:
                 job = self._flush
-
-    def _raise_error(self) -> None:
-        if self._error:
-            raise self._failure(self._error) from self._error
 
     def _failure(self, error: Exception) -> DataError:
         reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
@@ -289,22 +242,7 @@ class DatasetWriter:
         if present.episodes:
             self._stats = merge_stats(present.stats(present.episodes, self.info.features))
 
-    def _as_clip(self, key: str, pictures: Any) -> Clip:
-        if isinstance(pictures, Clip):
-            return pictures
-        clip = self.clip(key)
-        for picture in pictures:
-            clip.append(picture)
-        return clip
-
-    def _write(
-        self,
-        values: _Columns,
-        clips: Mapping[str, Clip],
-        task: str,
-        length: int,
-        start_state: Mapping[str, np.ndarray[Any, Any]] | None,
-    ) -> None:
+    def _write(self, values: _Columns, clips: Mapping[str, Clip], task: str, length: int, state: _Columns) -> None:
         """Write the video and the start state of an episode. The rest waits for :meth:`_flush`."""
         index, listed = self.info.episodes + len(self._batch), _place(self.info.episodes)
         if not self._batch:
@@ -315,8 +253,8 @@ class DatasetWriter:
         for key, clip in clips.items():
             clip.finish()
             install(self.folder, clip.path, fill(VIDEO_PATH, videos[key].place, key))
-        if start_state is not None:
-            write_start_state(self.folder, index, start_state)
+        if state:
+            write_start_state(self.folder, index, state)
         episode = Episode(index, length, (task,), listed, videos, listed)
         self._batch.append((episode, values, [clip.stats.result() for clip in clips.values()]))
         if time.monotonic() >= self._due:
@@ -382,9 +320,8 @@ def _check_feature(name: str, feature: Feature) -> None:
 def _checked(name: str, feature: Feature, value: Any, length: int) -> np.ndarray[Any, Any]:
     """Return a copy of a column with the right data type, (n, …), or (n,) for the shape ``(1,)``."""
     array = np.array(value, feature.dtype)
-    shape = (length, *feature.shape)
-    if array.size != length * feature.size or array.shape[:1] != (length,) or not length:
-        raise ParameterValueError(name, array.shape, f"an array of shape {shape} with at least one frame")
+    if array.shape not in ((length, *feature.shape), (length, *feature.row_shape)):
+        raise ParameterValueError(name, array.shape, f"an array of shape {(length, *feature.shape)}")
     if array.dtype.kind == "f" and not np.isfinite(array).all():
         raise ParameterValueError(name, "an array with numbers that are not finite", "finite in every frame")
-    return array.reshape(length) if feature.shape == (1,) else array.reshape(shape)
+    return array.reshape(length, *feature.row_shape)
