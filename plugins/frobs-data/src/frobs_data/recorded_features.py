@@ -38,7 +38,6 @@ class Vectors:
 
     Attributes:
         features: The features by name. A feature without elements is omitted.
-        keys: Keys of the observation that contain the terms.
     """
 
     def __init__(self, observations: Observations) -> None:
@@ -55,8 +54,6 @@ class Vectors:
             for feature in (STATE, ENVIRONMENT_STATE)
             if feature in names
         }
-
-        self.keys = {key for parts in self._parts.values() for key, _ in parts}
 
     def read(self, observation: Observation) -> dict[str, np.ndarray[Any, Any]]:
         """Return the values of the features, (n, k) float32, of n observations."""

@@ -11,7 +11,6 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.contracts import Policy, Snapshot
-from frobs_core.description.observation_term import VECTORS
 from frobs_core.kernel.policies import find_policy
 from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.util.arrays import Action, Mask
@@ -36,7 +35,8 @@ from frobs_data.recorded_features import (
     read_cameras,
     step_features,
 )
-from frobs_data.writer import Clip, DatasetWriter
+from frobs_data.video import Clip
+from frobs_data.writer import DatasetWriter
 from frobs_train.environment_checks import has_time_limit
 from frobs_train.environments import make_vector_env
 from frobs_train.evaluation.evaluate import usual_num_envs
@@ -146,7 +146,7 @@ def record(
         facts = {
             "environment": config.environment,
             "environment_kwargs": plain(kwargs, for_yaml=True),
-            "simulator": recorder.simulator,
+            "simulator": str(getattr(recorder.env.config.simulator, "name", recorder.env.config.simulator)),
             "control_timestep": recorder.env.control_timestep,
             "cameras": views,
         }
@@ -158,8 +158,10 @@ def record(
         interrupts = stack.enter_context(Interrupts(_STOPPING))
         longest = None if has_time_limit(env) else config.longest_episode
         checked = EpisodeRecorder(env, lambda _: None, longest_episode=longest)
+        fps = max(1, round(1.0 / recorder.env.control_timestep))
+        robot = recorder.env.robot.robot.name
         recorder.open = lambda features: stack.enter_context(
-            DatasetWriter(out, recorder.fps, features, recorder.robot, facts, append=append)
+            DatasetWriter(out, fps, features, robot, facts, append=append)
         )
         _play(checked, actor, recorder, interrupts, on_progress)
     if interrupts.requested is not None:
@@ -216,51 +218,6 @@ def _play(
     recorder.discard_clips()
 
 
-class _Tape:
-    """Values of all environments at the latest steps, in arrays (capacity, num_envs, …).
-
-    The arrays have room for all running episodes. If they are full, old steps are dropped, or the capacity doubles.
-
-    Args:
-        num_envs: Number of environments.
-
-    Attributes:
-        now: Row of the current step in the arrays.
-        begun: Row of the first step of each environment's episode, (num_envs,).
-    """
-
-    def __init__(self, num_envs: int) -> None:
-        self.now, self.begun = 0, np.zeros(num_envs, np.int64)
-        self._arrays: dict[str, np.ndarray[Any, Any]] = {}
-        self._capacity = 256
-
-    def write(self, name: str, values: np.ndarray[Any, Any]) -> None:
-        """Store the values of the current step, (num_envs, …)."""
-        array = self._arrays.get(name)
-        if array is None:
-            array = self._arrays[name] = np.empty((self._capacity, *values.shape), values.dtype)
-        array[self.now] = values
-
-    def advance(self) -> None:
-        """Go to the next step."""
-        self.now += 1
-        if self.now < self._capacity:
-            return
-        oldest = int(self.begun.min())
-        if oldest <= self._capacity // 2:
-            self._capacity *= 2
-        for name, array in self._arrays.items():
-            moved = np.empty((self._capacity, *array.shape[1:]), array.dtype)
-            moved[: self.now - oldest] = array[oldest : self.now]
-            self._arrays[name] = moved
-        self.now -= oldest
-        self.begun -= oldest
-
-    def episode(self, name: str, row: int) -> np.ndarray[Any, Any]:
-        """Return the values of an environment since its episode began, (n, …)."""
-        return self._arrays[name][self.begun[row] : self.now, row]
-
-
 class _Recorder:
     """Collects the steps of a vector environment, and writes each episode when it ends.
 
@@ -304,7 +261,9 @@ class _Recorder:
         self._most_attempts = 10 * episodes + _SPARE_ATTEMPTS
         self._seeds = seed + np.arange(num_envs, dtype=np.int64)
         base.before_autoreset.append(self._seed_again)
-        self._vectors, self._tape = Vectors(base.observations), _Tape(num_envs)
+        self._vectors = Vectors(base.observations)
+        self._steps: list[dict[str, np.ndarray[Any, Any]]] = []
+        self._begun = np.zeros(num_envs, np.int64)
         space = base.single_action_space
         self._bounds = (space.low, space.high) if isinstance(space, gym.spaces.Box) else None
         self._pictures = picture_features(views, base.observations)
@@ -313,22 +272,6 @@ class _Recorder:
         self._starts: list[Snapshot | None] = [None] * num_envs
         self._writer: DatasetWriter | None = None
         self._task = base.task.instruction or str(base.spec.id if base.spec else base.config.task)
-
-    @property
-    def simulator(self) -> str:
-        """Name of the simulator."""
-        chosen = self.env.config.simulator
-        return chosen if isinstance(chosen, str) else chosen.name
-
-    @property
-    def robot(self) -> str:
-        """Name of the first robot."""
-        return self.env.robot.robot.name
-
-    @property
-    def fps(self) -> int:
-        """Frames per second, rounded to a whole number as the format requires [1/s]."""
-        return max(1, round(1.0 / self.env.control_timestep))
 
     @property
     def hopeless(self) -> bool:
@@ -343,8 +286,10 @@ class _Recorder:
 
     def begin(self, started: Mask) -> None:
         """Store the start states of the episodes that have just begun in some environments, (num_envs,) bool."""
-        self._tape.begun[started] = self._tape.now
-        self._tape.begun[self.left == 0] = self._tape.now
+        self._begun[started | (self.left == 0)] = len(self._steps)
+        if oldest := int(self._begun.min()):
+            del self._steps[:oldest]
+            self._begun -= oldest
         rows = np.flatnonzero(started & (self.left > 0))
         try:
             state = self.env.snapshot() if len(rows) else {}
@@ -361,12 +306,9 @@ class _Recorder:
             self._writer = self.open({**self._vectors.features, **self._pictures, **steps})
         if self._unseen:
             observation = self.env.observations.observe()
-        parts = observation if isinstance(observation, dict) else {VECTORS: observation}
-        for key in self._vectors.keys:
-            self._tape.write(f"observation/{key}", parts[key])
-        self._tape.write(ACTION, action)
+        self._steps.append({**self._vectors.read(observation), ACTION: action})
         if phase is not None:
-            self._tape.write(PHASE, np.asarray(phase, np.int64))
+            self._steps[-1][PHASE] = np.array(phase, np.int64)
         if self._pictures:
             self._add_pictures(observation)
 
@@ -383,34 +325,31 @@ class _Recorder:
 
     def after_step(self, reward: Any, done: Mask, terminated: Mask, success: Any) -> None:
         """Store the result of a step, (num_envs,) each, and write the episodes that have ended."""
-        values = {REWARD: reward, DONE: done, TERMINATED: terminated, SUCCESS: np.asarray(success) > 0.5}
-        for name, array in values.items():
-            self._tape.write(name, array)
-        self._tape.advance()
+        self._steps[-1] |= {REWARD: np.array(reward), DONE: done, TERMINATED: np.array(terminated)}
+        self._steps[-1][SUCCESS] = np.asarray(success) > 0.5
         if done.any():
-            for row in np.flatnonzero(done & (self.left > 0)).tolist():
-                self._finish(row)
+            rows = np.flatnonzero(done & (self.left > 0)).tolist()
+            first = min((int(self._begun[row]) for row in rows), default=0)
+            steps = self._steps[first:]
+            columns = {name: np.stack([step[name] for step in steps]) for name in steps[0]} if rows else {}
+            for row in rows:
+                begun = int(self._begun[row]) - first
+                self._finish(row, {name: values[begun:, row] for name, values in columns.items()})
             self.begin(done)
 
-    def _finish(self, row: int) -> None:
-        """Write or discard the episode of an environment."""
+    def _finish(self, row: int, columns: dict[str, Any]) -> None:
+        """Write or discard the episode of an environment, whose columns are (n, …)."""
         self.attempts += 1
-        tape, clips = self._tape, self._clips[row]
-        self._clips[row] = {}
-        if self._success_only and not tape.episode(SUCCESS, row)[-1]:
+        clips, self._clips[row] = self._clips[row], {}
+        if self._success_only and not columns[SUCCESS][-1]:
             for clip in clips.values():
                 clip.discard()
             return
         self.kept += 1
         self.left[row] -= 1
-        seen = {key: tape.episode(f"observation/{key}", row) for key in self._vectors.keys}
-        names = [ACTION, REWARD, DONE, TERMINATED, SUCCESS]
-        assert self._writer is not None  # opened at the first step
-        names += [PHASE] if PHASE in self._writer.info.features else []
-        columns = self._vectors.read(seen) | {name: tape.episode(name, row) for name in names}
-        length = len(columns[DONE])
         # The seed of the next episode has already been drawn.
-        columns[SEED] = np.full(length, self._seeds[row] - self.env.num_envs)
+        columns[SEED] = np.full(len(columns[DONE]), self._seeds[row] - self.env.num_envs)
+        assert self._writer is not None  # opened at the first step
         self._writer.add({**columns, **clips}, self._task, self._starts[row])
 
     def _seed_again(self, mask: Mask) -> None:
