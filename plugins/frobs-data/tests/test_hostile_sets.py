@@ -203,6 +203,22 @@ def test_a_table_with_huge_values_is_not_decompressed(copied: Path, monkeypatch:
         Dataset(copied)
 
 
+@pytest.mark.parametrize(
+    "columns",
+    [
+        [("task_index", [0, None]), ("task", ["a", "b"])],
+        [("task_index", ["x", "y"]), ("task", ["a", "b"])],
+        [("task_index", [0, 1])],
+        [("task_index", [0, 1]), ("task", ["a", "b"]), ("task", ["a", "b"])],
+    ],
+)
+def test_wrong_sentences_raise_one_clear_line(copied: Path, columns: list[tuple[str, list[Any]]]) -> None:
+    table = pa.Table.from_arrays([pa.array(values) for _, values in columns], [name for name, _ in columns])
+    pq.write_table(table, copied / "meta/tasks.parquet")
+    with pytest.raises(DataError, match=r"tasks\.parquet"):
+        Dataset(copied)
+
+
 def test_a_set_without_frobs_settings_is_read(tmp_path: Path) -> None:
     folder = make_set(tmp_path / "set")
     shutil.rmtree(folder / "meta/frobs")

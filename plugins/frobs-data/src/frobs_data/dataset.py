@@ -28,7 +28,7 @@ from frobs_data.layout import (
     read_info,
 )
 from frobs_data.stats import NAMES, shape_of, table_stats
-from frobs_data.tables import column_array, damaged, open_table, read_table, text_lists
+from frobs_data.tables import column_array, damaged, read_table, text_lists
 from frobs_data.video import decode
 
 _METADATA = "bytes of a metadata file, decompressed"
@@ -174,9 +174,7 @@ class Dataset:
         found: dict[int, Floats] = {}
         for place in dict.fromkeys(episode.listed for episode in episodes):
             path = self.folder / fill(EPISODES_PATH, place)
-            file = open_table(path, _METADATA, BUDGET["episodes"])
-            names = [name for name in file.schema_arrow.names if name.startswith("stats/")]
-            table = read_table(file, path, ["episode_index", *names])
+            table = read_table(path, _METADATA, BUDGET["episodes"], _stats_names)
             found |= zip(table["episode_index"].to_pylist(), table_stats(features, table, path), strict=True)
         return np.stack([found[episode.index] for episode in episodes])
 
@@ -184,13 +182,12 @@ class Dataset:
         self, place: Place, episodes: Sequence[Episode], names: Sequence[str]
     ) -> dict[str, np.ndarray[Any, Any]]:
         path = self.data_path(place)
-        file = open_table(path, "bytes of a data file", BUDGET["frames"])
-        bounds = min(episode.index for episode in episodes), max(episode.index for episode in episodes)
-        table = read_table(file, path, [*names, "episode_index"], ("episode_index", *bounds))
+        indices = [episode.index for episode in episodes]
+        bounds = "episode_index", min(indices), max(indices)
+        table = read_table(path, "bytes of a data file", BUDGET["frames"], [*names, "episode_index"], bounds)
         numbers = column_array(table["episode_index"], INDEX["episode_index"], path, "episode_index")
         if np.any(np.diff(numbers) < 0):
             raise DataError(path, "the rows are not in the order of the episodes.")
-        indices = [episode.index for episode in episodes]
         firsts, ends = np.searchsorted(numbers, indices), np.searchsorted(numbers, indices, side="right")
         for episode, first, end in zip(episodes, firsts, ends, strict=True):
             if end - first != episode.length:
@@ -206,11 +203,10 @@ class Dataset:
         path = self.folder / "meta" / "tasks.parquet"
         if self.info.episodes == 0 and not path.exists():
             return []
-        limit = BUDGET["tasks"]
-        names = open_table(path, _METADATA, limit).schema_arrow.names
-        text = next((name for name in names if name != "task_index"), "task")  # LeRobot 0.4.0 named it differently
-        table = read_table(open_table(path, _METADATA, limit, text), path, ["task_index", text])
-        tasks = sorted(zip(table["task_index"].to_pylist(), text_lists(table[text], path), strict=True))
+        table = read_table(path, _METADATA, BUDGET["tasks"], lambda names: {"task_index", *names})
+        text = next((name for name in table.column_names if name != "task_index"), "task_index")
+        indices = column_array(table["task_index"], INDEX["task_index"], path, "task_index").tolist()
+        tasks = sorted(zip(indices, text_lists(table[text], path), strict=True))
         if [index for index, _ in tasks] != list(range(len(tasks))):
             raise DataError(path, "the table must contain one sentence for each task index.")
         return [task for _, (task,) in tasks]
@@ -218,9 +214,7 @@ class Dataset:
     def _read_settings(self) -> Mapping[str, Any] | None:
         path = self.folder / SETTINGS_PATH
         try:
-            return read_json(path)
-        except FileNotFoundError:
-            return None
+            return read_json(path) if path.exists() else None
         except OSError as error:
             raise damaged(path, error) from error
 
@@ -235,7 +229,7 @@ class Dataset:
                 listed = int(path.parent.name[6:]), int(path.stem[5:])
             except ValueError:
                 raise DataError(path, "the file's name must be file-NNN.parquet, in a folder chunk-NNN.") from None
-            table = read_table(open_table(path, _METADATA, BUDGET["episodes"], "tasks"), path, names)
+            table = read_table(path, _METADATA, BUDGET["episodes"], names)
             tasks = text_lists(table["tasks"], path)
             for row, sentences in zip(table.drop_columns("tasks").to_pylist(), tasks, strict=True):
                 episode = self._episode(path, row, sentences, listed)
@@ -281,3 +275,7 @@ class Dataset:
                 check_regular(path, BUDGET[f"bytes of a {kind} file"])
             except OSError as error:
                 raise damaged(path, error) from error
+
+
+def _stats_names(names: list[str]) -> list[str]:
+    return ["episode_index", *(name for name in names if name.startswith("stats/"))]
