@@ -107,16 +107,6 @@ class Dataset:
             chosen = list(group)
             yield chosen, self._read_file(place, chosen, names)
 
-    def iter_columns(
-        self, names: Sequence[str], episodes: Sequence[int]
-    ) -> Iterator[tuple[Episode, dict[str, np.ndarray[Any, Any]]]]:
-        """Yield each episode with its part of :meth:`columns`. Each file is read once."""
-        for chosen, columns in self.iter_files(names, episodes):
-            end = 0
-            for episode in chosen:
-                begin, end = end, end + episode.length
-                yield episode, {name: values[begin:end] for name, values in columns.items()}
-
     def pictures(self, episode: int, key: str) -> np.ndarray[Any, Any]:
         """Return the pictures of a camera in one episode, (length, height, width, 3) uint8.
 

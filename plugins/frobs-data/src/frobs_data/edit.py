@@ -88,16 +88,17 @@ def _assemble(sources: Sequence[tuple[Dataset, Sequence[int]]], out: Path) -> Da
             joiner.add(dataset, episodes)
             info.episodes, info.frames = len(joiner.episodes), joiner.frames
         settings = [dataset.settings or {} for dataset, _ in sources]
-        shared = {key for key, value in settings[0].items() if all(other.get(key) == value for other in settings)}
-        if shared:
-            write_json(out / SETTINGS_PATH, {key: settings[0][key] for key in settings[0] if key in shared})
+        first_settings = settings[0].items()
+        if shared := {
+            key: value for key, value in first_settings if all(other.get(key) == value for other in settings)
+        }:
+            write_json(out / SETTINGS_PATH, shared)
         joiner.commit()
         write_summary(out, info, tasks, merge_stats(np.concatenate(joiner.stats)) if joiner.episodes else None)
         (out / PARTIAL).rmdir()
     except OSError as error:
-        raise DataError(
-            out, f"the data set cannot be written: {error.strerror or error}; free space and try again."
-        ) from error
+        reason = f"the data set cannot be written: {error.strerror or error}; free space and try again."
+        raise DataError(out, reason) from error
     return Dataset(out)
 
 
@@ -127,10 +128,14 @@ def check(folder: Path | str) -> list[str]:
     firsts = list(accumulate((episode.length for episode in dataset.episodes), initial=0))
     for _, group in groupby(dataset.episodes, key=lambda episode: episode.place):
         try:
-            for episode, columns in dataset.iter_columns(names, [episode.index for episode in group]):
-                problems += _check_columns(episode, columns, firsts[episode.index], dataset)
-                for name, values in columns.items():
-                    add(name, vector_stats(values.reshape(episode.length, -1).astype(np.float64)))
+            for episodes, columns in dataset.iter_files(names, [episode.index for episode in group]):
+                bounds = np.cumsum([episode.length for episode in episodes])[:-1]
+                parts = {name: np.split(values, bounds) for name, values in columns.items()}
+                for number, episode in enumerate(episodes):
+                    part = {name: values[number] for name, values in parts.items()}
+                    problems += _check_columns(episode, part, firsts[episode.index], dataset)
+                    for name, values in part.items():
+                        add(name, vector_stats(values.reshape(episode.length, -1).astype(np.float64)))
         except DataError as error:
             problems.append(str(error))
     for camera, index in product(dataset.info.cameras, range(len(dataset.episodes))):
@@ -200,31 +205,30 @@ def export_minari(folder: Path | str, name: str) -> Path:
         raise MissingDependencyError("the export", ["minari"], "pip install 'frobs-data[minari]'") from error
     from gymnasium.spaces import Box
 
-    dataset = Dataset(folder)
-    vectors = [
-        key for key, feature in dataset.features.items() if key.startswith("observation.") and feature.is_numeric
-    ]
-    buffers = []
-    optional = [key for key in ("next.reward", "next.terminated") if key in dataset.features]
-    for episode, found in dataset.iter_columns([*vectors, "action", *optional], range(len(dataset.episodes))):
-        observation = np.concatenate(
-            [found[key].reshape(episode.length, -1) for key in vectors], axis=1, dtype=np.float32
-        )
-        ended = found.get("next.terminated", np.zeros(episode.length, bool))
+    dataset, optional = Dataset(folder), ("next.reward", "next.terminated")
+    numeric = [name for name, feature in dataset.features.items() if feature.is_numeric]
+    vectors = [name for name in numeric if name.startswith("observation.")]
+    columns = dataset.columns([*vectors, "action", *(name for name in optional if name in numeric)])
+    observations = np.concatenate(
+        [columns[name].reshape(len(dataset), -1) for name in vectors], axis=1, dtype=np.float32
+    )
+    rewards, ended = (columns.get(name, np.zeros(len(dataset), np.float32)) for name in optional)
+    buffers, end = [], 0
+    for episode in dataset.episodes:
+        begin, end = end, end + episode.length
+        rows, last = slice(begin, end), np.arange(begin, end) == end - 1
         buffers.append(
             EpisodeBuffer(
                 id=episode.index,
-                observations=np.concatenate([observation, observation[-1:]]),
-                actions=found["action"],
-                rewards=found.get("next.reward", np.zeros(episode.length, np.float32)),
-                terminations=ended,
-                truncations=(np.arange(episode.length) == episode.length - 1) & ~ended,
+                observations=np.concatenate([observations[rows], observations[end - 1 : end]]),
+                actions=columns["action"][rows],
+                rewards=rewards[rows],
+                terminations=ended[rows].astype(bool),
+                truncations=last & ~ended[rows].astype(bool),
             )
         )
-    spaces = [
-        Box(-np.inf, np.inf, (sum(dataset.features[key].size for key in keys),), np.float32)
-        for keys in (vectors, ["action"])
-    ]
+    sizes = observations.shape[1], dataset.features["action"].size
+    spaces = [Box(-np.inf, np.inf, (size,), np.float32) for size in sizes]
     try:
         with warnings.catch_warnings(action="ignore"):  # Minari warns about each description that is missing
             made = minari.create_dataset_from_buffers(

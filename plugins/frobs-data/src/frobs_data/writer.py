@@ -179,8 +179,7 @@ class DatasetWriter:
             self._queue.put(self._join)
             self._queue.put(None)
             self._thread.join()
-            if self._error:
-                raise self._failure(self._error) from self._error
+            self._check()
 
     def __enter__(self) -> DatasetWriter:
         """Return the writer."""
@@ -192,9 +191,12 @@ class DatasetWriter:
 
     def _submit(self, job: Callable[[], object]) -> None:
         """Run a function in the background thread, unless an earlier one failed."""
+        self._check()
+        self._queue.put(job)
+
+    def _check(self) -> None:
         if self._error:
             raise self._failure(self._error) from self._error
-        self._queue.put(job)
 
     def _work(self) -> None:
         job: Callable[[], object] | None = self._flush
