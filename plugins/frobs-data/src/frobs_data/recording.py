@@ -151,7 +151,7 @@ def record(
             "cameras": views,
         }
         facts["recordings"] = [
-            *(_recordings(out, present, facts) if present is not None else ()),
+            *([] if present is None else _recordings(present, facts)),
             {"policy": str(policy), "seed": seed, "success_only": success_only, "versions": versions()},
         ]
         actor = stack.enter_context(closing(acting_policy(_seeded(run, seed), env)))
@@ -167,24 +167,19 @@ def record(
     if interrupts.requested is not None:
         raise RecordingInterrupt(out, recorder.kept, interrupts.requested)
     if recorder.left.any():
-        raise DataError(
-            out,
-            f"only {recorder.kept:,} of {recorder.attempts:,} episodes were successful, which the data set keeps; use a "
-            "policy with a higher success rate, or record without --success-only.",
-        )
+        reason = f"only {recorder.kept:,} of {recorder.attempts:,} episodes were successful, which the data set keeps"
+        advice = "use a policy with a higher success rate, or record without --success-only"
+        raise DataError(out, f"{reason}; {advice}.")
     return Dataset(out)
 
 
-def _recordings(out: Path, present: Dataset, facts: Mapping[str, Any]) -> list[Any]:
+def _recordings(present: Dataset, facts: Mapping[str, Any]) -> list[Any]:
     """Return the recordings that a data set lists, after checking that it contains the same environment."""
     known = present.settings or {}
     for name, value in facts.items():
         if plain(known.get(name)) != plain(value):
-            raise DataError(
-                out,
-                f"the data set was recorded with {name}={known.get(name)!r:.200}, not {value!r:.200}; choose another "
-                "folder, or the same settings.",
-            )
+            reason = f"the data set was recorded with {name}={known.get(name)!r:.200}, not {value!r:.200}"
+            raise DataError(present.folder, f"{reason}; choose another folder, or the same settings.")
     recordings = known.get("recordings")
     return recordings if isinstance(recordings, list) else []
 
@@ -207,7 +202,7 @@ def _play(
     observation, _ = env.reset(seed=recorder.seed)
     start = np.ones(env.num_envs, bool)
     recorder.begin(start)
-    while recorder.left.any() and interrupts.requested is None and not recorder.hopeless:
+    while recorder.left.any() and interrupts.requested is None and recorder.attempts < recorder.most_attempts:
         action = recorder.stored_action(policy.act(observation, start))
         recorder.before_step(observation, action, policy.info())
         observation, reward, terminated, truncated, info = env.step(action)
@@ -215,7 +210,6 @@ def _play(
         recorder.after_step(reward, start, terminated, info["is_success"])
         if on_progress is not None:
             on_progress(recorder.kept, recorder.attempts)
-    recorder.discard_clips()
 
 
 class _Recorder:
@@ -234,6 +228,7 @@ class _Recorder:
         left: Number of episodes that each environment still has to record, (num_envs,).
         kept: Number of recorded episodes.
         attempts: Number of finished episodes.
+        most_attempts: Number of attempts after which so many episodes failed that recording ends.
     """
 
     open: Callable[[dict[str, Any]], DatasetWriter]
@@ -248,17 +243,15 @@ class _Recorder:
     ) -> None:
         base: Any = env.unwrapped
         if not isinstance(base, RobotVectorEnv):
-            raise RunError(
-                "only FRobs environments can be recorded, on a simulator that is not paced, and without wrappers for "
-                "single environments."
-            )
+            rule = "on a simulator that is not paced, and without wrappers for single environments"
+            raise RunError(f"only FRobs environments can be recorded, {rule}.")
         self.env, self.seed, self._views, self._success_only = base, seed, views, success_only
         self._unseen = env is not base  # a wrapper may have changed the observation
         num_envs = base.num_envs
         self.left = np.full(num_envs, episodes // num_envs)
         self.left[: episodes % num_envs] += 1
         self.kept = self.attempts = 0
-        self._most_attempts = 10 * episodes + _SPARE_ATTEMPTS
+        self.most_attempts = 10 * episodes + _SPARE_ATTEMPTS
         self._seeds = seed + np.arange(num_envs, dtype=np.int64)
         base.before_autoreset.append(self._seed_again)
         self._vectors = Vectors(base.observations)
@@ -273,15 +266,10 @@ class _Recorder:
         self._writer: DatasetWriter | None = None
         self._task = base.task.instruction or str(base.spec.id if base.spec else base.config.task)
 
-    @property
-    def hopeless(self) -> bool:
-        """Whether so many episodes failed that recording only successful ones takes too long."""
-        return self.attempts >= self._most_attempts
-
     def stored_action(self, action: Action) -> Action:
         """Return an action as the environment receives it and the data set stores it: clipped, and in float32."""
         if self._bounds is None:
-            return np.asarray(action, np.int64)
+            return np.array(action, np.int64)
         return np.clip(np.asarray(action, np.float32), *self._bounds)
 
     def begin(self, started: Mask) -> None:
@@ -356,8 +344,3 @@ class _Recorder:
         """Give each environment that is about to be reset the seed of its next episode."""
         self._seeds[mask] += self.env.num_envs
         self.env.step_context.rng.seed(self._seeds[mask].tolist(), mask)
-
-    def discard_clips(self) -> None:
-        """Discard the pictures of the episodes that have not ended."""
-        for clip in (clip for clips in self._clips for clip in clips.values()):
-            clip.discard()

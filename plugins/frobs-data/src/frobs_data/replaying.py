@@ -124,15 +124,12 @@ def _read_settings(dataset: Dataset, trust: bool) -> tuple[str, dict[str, Any], 
     """Return the Gymnasium ID, the keyword arguments and the simulator of a recording."""
     path, settings = dataset.folder / SETTINGS_PATH, dataset.settings
     if settings is None:
-        raise DataError(
-            dataset.folder,
-            f"{SETTINGS_PATH} is missing, which names the environment; only recordings of 'frobs record' can be replayed.",
-        )
+        reason = f"{SETTINGS_PATH} is missing, which names the environment"
+        raise DataError(dataset.folder, f"{reason}; only recordings of 'frobs record' can be replayed.")
     environment, kwargs, simulator = (settings.get(key) for key in ("environment", "environment_kwargs", "simulator"))
     if not isinstance(environment, str) or not isinstance(kwargs, dict) or not isinstance(simulator, str):
-        raise DataError(
-            path, "'environment', 'environment_kwargs' and 'simulator' must be an ID, a mapping and a name."
-        )
+        rule = "'environment', 'environment_kwargs' and 'simulator' must be an ID, a mapping and a name"
+        raise DataError(path, f"{rule}.")
     config = validate(RunConfig, {"environment": environment, "environment_kwargs": kwargs}, str(path))
     if not trust:
         check_config(path, config)
@@ -156,19 +153,15 @@ def _restore(dataset: Dataset, number: int, env: RobotEnv, seed: int) -> None:
     start = f"the start state of episode {number}"
     state = dataset.start_state(number)
     if state is None:
-        raise DataError(
-            dataset.folder, f"{start} is missing; the simulator that recorded it may not support snapshots."
-        )
+        advice = "the simulator that recorded it may not support snapshots"
+        raise DataError(dataset.folder, f"{start} is missing; {advice}.")
     env.reset(seed=seed)
     expected = {name: values for name, values in env.snapshot().items() if name != "running"}
     for name, values in expected.items():
         stored = state.get(name)
         if stored is None or stored.ndim != values.ndim or stored.shape[:1] != (1,) or stored.size > 10**7:
-            raise DataError(
-                dataset.folder,
-                f"{start} does not fit the environment ('{name}'); the versions of FRobs or of the simulator may differ "
-                "from those of the recording.",
-            )
+            advice = "the versions of FRobs or of the simulator may differ from those of the recording"
+            raise DataError(dataset.folder, f"{start} does not fit the environment ('{name}'); {advice}.")
     try:
         env.restore({**{name: state[name] for name in expected}, "running": np.ones(1, bool)})
     except (ValueError, TypeError, KeyError, IndexError) as error:

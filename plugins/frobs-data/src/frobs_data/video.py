@@ -126,9 +126,8 @@ def decode(path: Path, part: VideoPart, length: int, fps: int, feature: Feature)
         with open_video(path) as box:
             stream = box.streams.video[0]
             if (stream.height, stream.width) != (height, width):
-                raise DataError(
-                    path, f"the pictures are {stream.height} × {stream.width} pixels, not {height} × {width}."
-                )
+                found = f"{stream.height} × {stream.width} pixels"
+                raise DataError(path, f"the pictures are {found}, not {height} × {width}.")
             stream.codec_context.options = {"max_pixels": str((height + 256) * (width + 256))}
             box.seek(int(part.start / stream.time_base), stream=stream)
             for frame in box.decode(stream):
@@ -143,9 +142,8 @@ def decode(path: Path, part: VideoPart, length: int, fps: int, feature: Feature)
                     return
     except (av.error.FFmpegError, ValueError, OverflowError, MemoryError) as error:
         raise DataError(path, f"the video is damaged after picture {count}: {_reason(error)}.") from error
-    raise DataError(
-        path, f"the video contains {count} of {length} pictures of an episode that begins at {part.start} s."
-    )
+    found = f"{count} of {length} pictures"
+    raise DataError(path, f"the video contains {found} of an episode that begins at {part.start} s.")
 
 
 class Packets:
@@ -173,16 +171,13 @@ class Packets:
             base = stream.time_base
             first, last = ((time - 0.5 / fps) / float(base) for time in (part.start, part.end))
             self._box.seek(int(part.start / base), stream=stream)
-            packets = [
-                packet for packet in self._box.demux(stream) if packet.pts is not None and packet.dts is not None
-            ]
+            packets = [each for each in self._box.demux(stream) if each.pts is not None and each.dts is not None]
             self.packets = [packet for packet in packets if first <= packet.pts < last]
         except (av.error.FFmpegError, ValueError, OverflowError) as error:
             raise DataError(path, f"the video cannot be copied: {_reason(error)}.") from error
         if not self.packets or not self.packets[0].is_keyframe:
-            raise DataError(
-                path, f"the episode at {part.start} s does not begin with a key frame, so it cannot be cut out."
-            )
+            reason = "does not begin with a key frame, so it cannot be cut out"
+            raise DataError(path, f"the episode at {part.start} s {reason}.")
         self.path, self.start = path, round(part.start / base)
         self.size = sum(packet.size for packet in self.packets)
 
