@@ -88,7 +88,7 @@ def test_an_info_that_is_no_object_raises(copied: Path, content: bytes) -> None:
         Dataset(copied)
 
 
-FILES = [DATA, EPISODES, VIDEO, "meta/tasks.parquet", "meta/frobs/start/episode-000001.npz", "meta/frobs/settings.json"]
+FILES = [DATA, EPISODES, VIDEO, "meta/tasks.parquet", "meta/frobs/start/episode-000001.npy", "meta/frobs/settings.json"]
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -189,8 +189,8 @@ def test_pictures_need_limited_memory(copied: Path, monkeypatch: pytest.MonkeyPa
 
 
 def test_a_start_state_is_never_unpickled(copied: Path) -> None:
-    np.savez(copied / FILES[4], allow_pickle=True, x=np.array([{"a": 1}], object))
-    with pytest.raises(DataError, match="pickle"):
+    np.save(copied / FILES[4], np.array([{"a": 1}], object))
+    with pytest.raises(DataError, match="missing or damaged"):
         Dataset(copied).start_state(1)
 
 
@@ -200,6 +200,22 @@ def test_a_table_with_huge_values_is_not_decompressed(copied: Path, monkeypatch:
     )
     pq.write_table(pa.table({"task_index": [0, 1], "task": ["a" * 300_000, "b"]}), copied / "meta/tasks.parquet")
     with pytest.raises(DataError, match="the limit is 200,000"):
+        Dataset(copied)
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [
+        [("task_index", [0, None]), ("task", ["a", "b"])],
+        [("task_index", ["x", "y"]), ("task", ["a", "b"])],
+        [("task_index", [0, 1])],
+        [("task_index", [0, 1]), ("task", ["a", "b"]), ("task", ["a", "b"])],
+    ],
+)
+def test_wrong_sentences_raise_one_clear_line(copied: Path, columns: list[tuple[str, list[Any]]]) -> None:
+    table = pa.Table.from_arrays([pa.array(values) for _, values in columns], [name for name, _ in columns])
+    pq.write_table(table, copied / "meta/tasks.parquet")
+    with pytest.raises(DataError, match=r"tasks\.parquet"):
         Dataset(copied)
 
 

@@ -46,10 +46,9 @@ def test_contacts_goals_and_moving_goals_are_repeated_bit_for_bit(id: str, tmp_p
 
 def test_changed_numbers_are_found(copied: Path) -> None:
     path = copied / START_PATH.format(2)
-    with np.load(path) as arrays:
-        state = arrays["state"]
+    state = np.load(path)
     state["simulation/state"] += 1e-6
-    np.savez(path, state=state)
+    np.save(path, state)
     [result] = replay(copied, [2])
     assert not result.identical
     assert result.difference > 0.0
@@ -76,7 +75,7 @@ def test_a_missing_or_foreign_start_state_is_one_line(copied: Path) -> None:
     (copied / START_PATH.format(0)).unlink()
     with pytest.raises(DataError, match="the start state of episode 0 is missing"):
         replay(copied, [0])
-    np.savez(copied / START_PATH.format(1), other=np.zeros(3))
+    np.save(copied / START_PATH.format(1), np.zeros(1, [("other", float)]))
     with pytest.raises(DataError, match="start state of episode 1 does not fit"):
         replay(copied, [1])
     with pytest.raises(DataError, match="there is no episode 9"):

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import zipfile
-import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
@@ -12,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import check_name
 from frobs_core.util.files import check_regular, read_json
 from frobs_data.budgets import BUDGET
@@ -28,7 +27,8 @@ from frobs_data.layout import (
     fill,
     read_info,
 )
-from frobs_data.tables import column_array, damaged, open_table, read_table, text_lists
+from frobs_data.stats import NAMES, shape_of, table_stats
+from frobs_data.tables import column_array, damaged, read_table, text_lists
 from frobs_data.video import decode
 
 _METADATA = "bytes of a metadata file, decompressed"
@@ -93,27 +93,16 @@ class Dataset:
         for name in names:
             if not self.features[check_name("feature", name, self.features)].is_numeric:
                 raise DataError(self.folder, f"the feature '{name}' is not a column of numbers.")
-        parts: dict[str, list[np.ndarray[Any, Any]]] = {name: [] for name in names}
-        for _, found in self._iter_files(names, range(len(self.episodes)) if episodes is None else episodes):
-            for name, values in found.items():
-                parts[name].append(values)
-        empty = {name: np.zeros((0, *self._row_shape(name)), self.features[name].dtype) for name in names}
-        return {name: np.concatenate(values) if values else empty[name] for name, values in parts.items()}
+        files = list(self.iter_files(names, range(len(self.episodes)) if episodes is None else episodes))
+        if not files:
+            features = {name: self.features[name] for name in names}
+            return {name: np.zeros((0, *feature.row_shape), feature.dtype) for name, feature in features.items()}
+        return {name: np.concatenate([columns[name] for _, columns in files]) for name in names}
 
-    def iter_columns(
-        self, names: Sequence[str], episodes: Sequence[int]
-    ) -> Iterator[tuple[Episode, dict[str, np.ndarray[Any, Any]]]]:
-        """Yield each episode with its part of :meth:`columns`. Each file is read once."""
-        for chosen, found in self._iter_files(names, episodes):
-            end = 0
-            for episode in chosen:
-                begin, end = end, end + episode.length
-                yield episode, {name: values[begin:end] for name, values in found.items()}
-
-    def _iter_files(
+    def iter_files(
         self, names: Sequence[str], episodes: Sequence[int]
     ) -> Iterator[tuple[list[Episode], dict[str, np.ndarray[Any, Any]]]]:
-        """Yield successive episodes that are in the same file, with their columns."""
+        """Yield successive episodes that are in the same file, with their part of :meth:`columns`."""
         for place, group in groupby((self.episodes[index] for index in episodes), key=lambda episode: episode.place):
             chosen = list(group)
             yield chosen, self._read_file(place, chosen, names)
@@ -149,50 +138,46 @@ class Dataset:
             DataError: The file is damaged or too large.
         """
         path = self.folder / START_PATH.format(self.episodes[episode].index)
-        limit = BUDGET["bytes of a start state"]
         try:
-            check_regular(path, limit)
-            with zipfile.ZipFile(path) as archive:
-                if sum(item.file_size for item in archive.infolist()) > limit:
-                    raise DataError(path, f"the start state is larger than {limit:,} bytes.")
-            with np.load(path, allow_pickle=False) as arrays:
-                return {name: arrays[name] for name in arrays.files}
+            check_regular(path, BUDGET["bytes of a start state"])
+            # A mapped file cannot declare more data than it contains.
+            packed = np.load(path, mmap_mode="r", max_header_size=100_000)
+            return {name: np.array(packed[name]) for name in packed.dtype.names or ()}
         except FileNotFoundError:
             return None
-        except (OSError, ValueError, RuntimeError, KeyError, EOFError, MemoryError) as error:
-            raise damaged(path, error) from error
-        except (zipfile.BadZipFile, zlib.error, SyntaxError, TypeError) as error:
+        except (OSError, ValueError, RuntimeError, EOFError, MemoryError, SyntaxError, TypeError) as error:
             raise damaged(path, error) from error
 
-    def rows(self, episodes: Sequence[int]) -> list[dict[str, Any]]:
-        """Return the number and the statistics of episodes, as ``meta/episodes`` stores them."""
-        found: dict[int, dict[str, Any]] = {}
-        chosen = [self.episodes[index] for index in episodes]
-        for place in dict.fromkeys(episode.listed for episode in chosen):
+    def stats(self, episodes: Sequence[Episode], features: Mapping[str, Feature]) -> Floats:
+        """Return the statistics of episodes as ``meta/episodes`` lists them, see :data:`~frobs_data.stats.NAMES`.
+
+        Args:
+            episodes: The episodes.
+            features: The features of the data set, in the order of the returned columns.
+
+        Returns:
+            Array (episodes, 10, k), NaN for features without valid statistics.
+        """
+        width = sum(math.prod(shape_of(feature)) for feature in features.values())
+        if len(episodes) * len(NAMES) * width * 8 > (limit := BUDGET["bytes of a metadata file, decompressed"]):
+            raise DataError(self.folder, f"the statistics of the episodes need more than {limit:,} bytes of memory.")
+        found: dict[int, Floats] = {}
+        for place in dict.fromkeys(episode.listed for episode in episodes):
             path = self.folder / fill(EPISODES_PATH, place)
-            file = open_table(path, _METADATA, BUDGET["episodes"])
-            names = [name for name in file.schema_arrow.names if name.startswith("stats/")]
-            table = read_table(file, path, ["episode_index", *names])
-            indices = {episode.index for episode in chosen if episode.listed == place}
-            kept = [row for row, index in enumerate(table["episode_index"].to_pylist()) if index in indices]
-            found.update({row["episode_index"]: row for row in table.take(kept).to_pylist()})
-        return [found[episode.index] for episode in chosen]
-
-    def _row_shape(self, name: str) -> tuple[int, ...]:
-        shape = self.features[name].shape
-        return () if shape == (1,) else shape
+            table = read_table(path, _METADATA, BUDGET["episodes"], _stats_names)
+            found |= zip(table["episode_index"].to_pylist(), table_stats(features, table, path), strict=True)
+        return np.stack([found[episode.index] for episode in episodes])
 
     def _read_file(
         self, place: Place, episodes: Sequence[Episode], names: Sequence[str]
     ) -> dict[str, np.ndarray[Any, Any]]:
         path = self.data_path(place)
-        file = open_table(path, "bytes of a data file", BUDGET["frames"])
-        bounds = min(episode.index for episode in episodes), max(episode.index for episode in episodes)
-        table = read_table(file, path, [*names, "episode_index"], ("episode_index", *bounds))
+        indices = [episode.index for episode in episodes]
+        bounds = "episode_index", min(indices), max(indices)
+        table = read_table(path, "bytes of a data file", BUDGET["frames"], [*names, "episode_index"], bounds)
         numbers = column_array(table["episode_index"], INDEX["episode_index"], path, "episode_index")
         if np.any(np.diff(numbers) < 0):
             raise DataError(path, "the rows are not in the order of the episodes.")
-        indices = [episode.index for episode in episodes]
         firsts, ends = np.searchsorted(numbers, indices), np.searchsorted(numbers, indices, side="right")
         for episode, first, end in zip(episodes, firsts, ends, strict=True):
             if end - first != episode.length:
@@ -208,11 +193,10 @@ class Dataset:
         path = self.folder / "meta" / "tasks.parquet"
         if self.info.episodes == 0 and not path.exists():
             return []
-        limit = BUDGET["tasks"]
-        names = open_table(path, _METADATA, limit).schema_arrow.names
-        text = next((name for name in names if name != "task_index"), "task")  # LeRobot 0.4.0 named it differently
-        table = read_table(open_table(path, _METADATA, limit, text), path, ["task_index", text])
-        tasks = sorted(zip(table["task_index"].to_pylist(), text_lists(table[text], path), strict=True))
+        table = read_table(path, _METADATA, BUDGET["tasks"], lambda names: {"task_index", *names})
+        text = next((name for name in table.column_names if name != "task_index"), "task_index")
+        indices = column_array(table["task_index"], INDEX["task_index"], path, "task_index").tolist()
+        tasks = sorted(zip(indices, text_lists(table[text], path), strict=True))
         if [index for index, _ in tasks] != list(range(len(tasks))):
             raise DataError(path, "the table must contain one sentence for each task index.")
         return [task for _, (task,) in tasks]
@@ -220,9 +204,7 @@ class Dataset:
     def _read_settings(self) -> Mapping[str, Any] | None:
         path = self.folder / SETTINGS_PATH
         try:
-            return read_json(path)
-        except FileNotFoundError:
-            return None
+            return read_json(path) if path.exists() else None
         except OSError as error:
             raise damaged(path, error) from error
 
@@ -237,7 +219,7 @@ class Dataset:
                 listed = int(path.parent.name[6:]), int(path.stem[5:])
             except ValueError:
                 raise DataError(path, "the file's name must be file-NNN.parquet, in a folder chunk-NNN.") from None
-            table = read_table(open_table(path, _METADATA, BUDGET["episodes"], "tasks"), path, names)
+            table = read_table(path, _METADATA, BUDGET["episodes"], names)
             tasks = text_lists(table["tasks"], path)
             for row, sentences in zip(table.drop_columns("tasks").to_pylist(), tasks, strict=True):
                 episode = self._episode(path, row, sentences, listed)
@@ -254,12 +236,13 @@ class Dataset:
         return episodes
 
     def _episode(self, path: Path, row: Mapping[str, Any], tasks: tuple[str, ...], listed: Place) -> Episode:
-        def whole(name: str, most: int) -> int:
-            if type(row[name]) is not int or not 0 <= row[name] <= most:
-                raise DataError(path, f"'{name}' is {row[name]!r:.40}; it must be a whole number up to {most:,}.")
+        def whole(name: str, most: int, least: int = 0) -> int:
+            if type(row[name]) is not int or not least <= row[name] <= most:
+                rule = f"a whole number from {least} to {most:,}"
+                raise DataError(path, f"'{name}' is {row[name]!r:.40}; it must be {rule}.")
             return int(row[name])
 
-        length, files = whole("length", BUDGET["frames"]), 10**6
+        length, files = whole("length", BUDGET["frames"], 1), 10**6
         videos = {}
         for camera in self.info.cameras:
             name = f"videos/{camera}"
@@ -282,3 +265,7 @@ class Dataset:
                 check_regular(path, BUDGET[f"bytes of a {kind} file"])
             except OSError as error:
                 raise damaged(path, error) from error
+
+
+def _stats_names(names: list[str]) -> list[str]:
+    return ["episode_index", *(name for name in names if name.startswith("stats/"))]

@@ -5,19 +5,20 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import accumulate, groupby
+from itertools import accumulate, groupby, product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import MissingDependencyError, ParameterValueError
 from frobs_core.util.files import read_json, write_json
 from frobs_data.dataset import Dataset
 from frobs_data.errors import DataError
-from frobs_data.joining import PARTIAL, Joiner, row_stats, write_start_state, write_summary
+from frobs_data.joining import PARTIAL, Joiner, write_start_state, write_summary
 from frobs_data.layout import SETTINGS_PATH, Episode, Info
-from frobs_data.stats import PictureStats, merge_stats, vector_stats
+from frobs_data.stats import PictureStats, merge_stats, shape_of, stats_dict, vector_stats
 
 _CLOSE = 1e-3
 """Permitted difference of statistics, relative to the range of a feature. LeRobot computes some in single precision."""
@@ -84,26 +85,20 @@ def _assemble(sources: Sequence[tuple[Dataset, Sequence[int]]], out: Path) -> Da
             for index, episode in enumerate(episodes, info.episodes):
                 if state := dataset.start_state(episode):
                     write_start_state(out, index, state)
-            info.frames = joiner.add(dataset, episodes, info.episodes, info.frames)
-            info.episodes += len(episodes)
+            joiner.add(dataset, episodes)
+            info.episodes, info.frames = len(joiner.episodes), joiner.frames
         settings = [dataset.settings or {} for dataset, _ in sources]
+        first_settings = settings[0].items()
         if shared := {
-            key: value for key, value in settings[0].items() if all(other.get(key) == value for other in settings)
+            key: value for key, value in first_settings if all(other.get(key) == value for other in settings)
         }:
             write_json(out / SETTINGS_PATH, shared)
         joiner.commit()
-        parts = [row_stats(row, info.features) for row in joiner.rows]
-        stats = {
-            name: merge_stats([part[name] for part in parts])
-            for name in info.features
-            if all(name in part for part in parts)
-        }
-        write_summary(out, info, tasks, stats)
+        write_summary(out, info, tasks, merge_stats(np.concatenate(joiner.stats)) if joiner.episodes else None)
         (out / PARTIAL).rmdir()
     except OSError as error:
-        raise DataError(
-            out, f"the data set cannot be written: {error.strerror or error}; free space and try again."
-        ) from error
+        reason = f"the data set cannot be written: {error.strerror or error}; free space and try again."
+        raise DataError(out, reason) from error
     return Dataset(out)
 
 
@@ -124,29 +119,37 @@ def check(folder: Path | str) -> list[str]:
     except OSError as error:
         expected = {}
         problems.append(f"meta/stats.json cannot be read: {error.strerror}")
+    merged: dict[str, Floats] = {}
+
+    def add(name: str, stats: Floats) -> None:
+        merged[name] = merge_stats(np.stack([merged[name], stats])) if name in merged else stats
+
     names = [name for name, feature in dataset.features.items() if feature.is_numeric]
-    parts: dict[str, list[Any]] = {name: [] for name in dataset.features}
     firsts = list(accumulate((episode.length for episode in dataset.episodes), initial=0))
     for _, group in groupby(dataset.episodes, key=lambda episode: episode.place):
         try:
-            for episode, columns in dataset.iter_columns(names, [episode.index for episode in group]):
-                problems += _check_columns(episode, columns, firsts[episode.index], dataset)
-                for name, stats in vector_stats(columns).items():
-                    parts[name].append(stats)
+            for episodes, columns in dataset.iter_files(names, [episode.index for episode in group]):
+                bounds = np.cumsum([episode.length for episode in episodes])[:-1]
+                parts = {name: np.split(values, bounds) for name, values in columns.items()}
+                for number, episode in enumerate(episodes):
+                    part = {name: values[number] for name, values in parts.items()}
+                    problems += _check_columns(episode, part, firsts[episode.index], dataset)
+                    for name, values in part.items():
+                        add(name, vector_stats(values.reshape(episode.length, -1).astype(np.float64)))
         except DataError as error:
             problems.append(str(error))
-    for camera in dataset.info.cameras:
-        for index in range(len(dataset.episodes)):
-            pictures = PictureStats()
-            try:
-                for picture in dataset.iter_pictures(index, camera):
-                    pictures.add(picture)
-                parts[camera].append(pictures.result())
-            except DataError as error:
-                problems.append(f"episode {index}: {error}")
-    for name, found in parts.items():
-        if len(found) == len(dataset.episodes) > 0:
-            problems += _compare(name, merge_stats(found), expected.get(name), dataset.features[name].is_video)
+    for camera, index in product(dataset.info.cameras, range(len(dataset.episodes))):
+        pictures = PictureStats()
+        try:
+            for picture in dataset.iter_pictures(index, camera):
+                pictures.add(picture)
+            add(camera, pictures.result())
+        except DataError as error:
+            problems.append(f"episode {index}: {error}")
+    for name, stats in merged.items():
+        found = stats_dict(stats, shape_of(dataset.features[name]))
+        if found["count"][0] == len(dataset):  # otherwise, some of the data is damaged
+            problems += _compare(name, found, expected.get(name), dataset.features[name].is_video)
     return problems
 
 
@@ -166,15 +169,15 @@ def _check_columns(
         yield f"episode {episode.index}: 'task_index' has no sentence in meta/tasks.parquet"
 
 
-def _compare(name: str, stats: Mapping[str, Any], expected: Any, is_video: bool) -> Iterable[str]:
+def _compare(name: str, stats: Mapping[str, Floats], expected: Any, is_video: bool) -> Iterable[str]:
     """Compare statistics. Quantiles depend on the method, and pictures on the encoder."""
     for key in ("min", "max", "mean", "std") if not is_video else ("mean",):
         try:
-            given = np.asarray(expected[key], float).reshape(np.shape(stats[key]))
+            given = np.asarray(expected[key], float).reshape(stats[key].shape)
         except (KeyError, TypeError, ValueError):
             yield f"meta/stats.json has no valid {key} of '{name}'"
             return
-        scale = 20.0 if is_video else np.maximum(np.asarray(stats["max"] - stats["min"]), 1e-3)
+        scale = 20.0 if is_video else np.maximum(stats["max"] - stats["min"], 1e-3)
         if not np.all(np.abs(given - stats[key]) <= _CLOSE * scale):
             yield f"the {key} of '{name}' in meta/stats.json differs from the data"
 
@@ -202,31 +205,30 @@ def export_minari(folder: Path | str, name: str) -> Path:
         raise MissingDependencyError("the export", ["minari"], "pip install 'frobs-data[minari]'") from error
     from gymnasium.spaces import Box
 
-    dataset = Dataset(folder)
-    vectors = [
-        key for key, feature in dataset.features.items() if key.startswith("observation.") and feature.is_numeric
-    ]
-    buffers = []
-    optional = [key for key in ("next.reward", "next.terminated") if key in dataset.features]
-    for episode, found in dataset.iter_columns([*vectors, "action", *optional], range(len(dataset.episodes))):
-        observation = np.concatenate(
-            [found[key].reshape(episode.length, -1) for key in vectors], axis=1, dtype=np.float32
-        )
-        ended = found.get("next.terminated", np.zeros(episode.length, bool))
+    dataset, optional = Dataset(folder), ("next.reward", "next.terminated")
+    numeric = [name for name, feature in dataset.features.items() if feature.is_numeric]
+    vectors = [name for name in numeric if name.startswith("observation.")]
+    columns = dataset.columns([*vectors, "action", *(name for name in optional if name in numeric)])
+    observations = np.concatenate(
+        [columns[name].reshape(len(dataset), -1) for name in vectors], axis=1, dtype=np.float32
+    )
+    rewards, ended = (columns.get(name, np.zeros(len(dataset), np.float32)) for name in optional)
+    buffers, end = [], 0
+    for episode in dataset.episodes:
+        begin, end = end, end + episode.length
+        rows, last = slice(begin, end), np.arange(begin, end) == end - 1
         buffers.append(
             EpisodeBuffer(
                 id=episode.index,
-                observations=np.concatenate([observation, observation[-1:]]),
-                actions=found["action"],
-                rewards=found.get("next.reward", np.zeros(episode.length, np.float32)),
-                terminations=ended,
-                truncations=(np.arange(episode.length) == episode.length - 1) & ~ended,
+                observations=np.concatenate([observations[rows], observations[end - 1 : end]]),
+                actions=columns["action"][rows],
+                rewards=rewards[rows],
+                terminations=ended[rows].astype(bool),
+                truncations=last & ~ended[rows].astype(bool),
             )
         )
-    spaces = [
-        Box(-np.inf, np.inf, (sum(dataset.features[key].size for key in keys),), np.float32)
-        for keys in (vectors, ["action"])
-    ]
+    sizes = observations.shape[1], dataset.features["action"].size
+    spaces = [Box(-np.inf, np.inf, (size,), np.float32) for size in sizes]
     try:
         with warnings.catch_warnings(action="ignore"):  # Minari warns about each description that is missing
             made = minari.create_dataset_from_buffers(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from frobs_core.util.arrays import Floats
 from frobs_core.util.plain import to_json
 from frobs_data.dataset import Dataset
 from frobs_data.errors import DataError
@@ -23,7 +24,6 @@ from frobs_data.layout import (
     START_PATH,
     VIDEO_PATH,
     Episode,
-    Feature,
     Info,
     Place,
     VideoPart,
@@ -32,13 +32,14 @@ from frobs_data.layout import (
     next_place,
     tasks_table,
 )
-from frobs_data.stats import NAMES, Stats, vector_stats
+from frobs_data.stats import spans, stats_columns, stats_json, vector_stats
 from frobs_data.video import Muxer, Packets
 
 PARTIAL = ".partial"
 """Folder with the files that are being written. Complete files are renamed."""
 
-_MB = 2**20
+_MB, _DATA = 2**20, ""  # no camera has an empty name
+_RENUMBERED = ("task_index", "episode_index", "index")
 
 
 def install(folder: Path, aside: Path, relative: str) -> None:
@@ -48,69 +49,72 @@ def install(folder: Path, aside: Path, relative: str) -> None:
     os.replace(aside, target)
 
 
-def write_tables(folder: Path, tables: Sequence[pa.Table], relative: str) -> None:
-    """Write a Parquet file atomically, with one row group for each table."""
+def open_parquet(aside: Path, schema: pa.Schema) -> pq.ParquetWriter:
+    """Open a Parquet file for writing. Dictionaries and bounds only cost time for numbers that rarely repeat."""
+    integers = [field.name for field in schema if pa.types.is_integer(field.type) or pa.types.is_boolean(field.type)]
+    statistics = ["episode_index"] if "episode_index" in schema.names else False
+    return pq.ParquetWriter(
+        aside, schema, compression="snappy", use_dictionary=integers or False, write_statistics=statistics
+    )
+
+
+def write_table(folder: Path, table: pa.Table, relative: str) -> None:
+    """Write a Parquet file atomically."""
     aside = folder / PARTIAL / "table.parquet"
-    with pq.ParquetWriter(aside, tables[0].schema, compression="snappy") as file:
-        for table in tables:
-            file.write_table(table)
+    with open_parquet(aside, table.schema) as file:
+        file.write_table(table)
     install(folder, aside, relative)
 
 
-def episode_table(rows: Sequence[Mapping[str, Any]]) -> pa.Table:
-    """Return the Arrow table of ``meta/episodes``. All statistics but counts are double."""
-    names = dict.fromkeys(name for row in rows for name in row)
-    columns = {}
-    for name in names:
-        values = [row.get(name) for row in rows]
-        if name.startswith("stats/") and not name.endswith("/count"):
-            values = [None if value is None else np.asarray(value, float).tolist() for value in values]
-        columns[name] = values
-    return pa.table({name: pa.array(values) for name, values in columns.items()})
+def write_episodes(folder: Path, info: Info, episodes: Sequence[Episode], first: int, stats: Floats) -> None:
+    """Write a file of ``meta/episodes``.
+
+    Args:
+        folder: Folder of the data set.
+        info: Its features.
+        episodes: Successive episodes that the file lists.
+        first: Number of the first frame.
+        stats: Their statistics, (n, 10, k).
+    """
+    ends = first + np.cumsum([episode.length for episode in episodes])
+    columns: dict[str, Any] = {
+        "episode_index": [episode.index for episode in episodes],
+        "tasks": [list(episode.tasks) for episode in episodes],
+        "length": [episode.length for episode in episodes],
+        **_place_columns("data", [episode.place for episode in episodes]),
+        "dataset_from_index": [first, *ends[:-1]],
+        "dataset_to_index": ends,
+        **_place_columns("meta/episodes", [episode.listed for episode in episodes]),
+    }
+    for camera in info.cameras:
+        parts = [episode.videos[camera] for episode in episodes]
+        columns |= _place_columns(f"videos/{camera}", [part.place for part in parts])
+        columns[f"videos/{camera}/from_timestamp"] = [part.start for part in parts]
+        columns[f"videos/{camera}/to_timestamp"] = [part.end for part in parts]
+    table = pa.table({**columns, **stats_columns(info.features, stats)})
+    write_table(folder, table, fill(EPISODES_PATH, episodes[0].listed))
 
 
-def stats_row(stats: Mapping[str, Stats]) -> dict[str, Any]:
-    """Return the statistics of features as columns of ``meta/episodes``."""
-    return {f"stats/{name}/{key}": value.tolist() for name, found in stats.items() for key, value in found.items()}
-
-
-def place_row(key: str, place: Place) -> dict[str, Any]:
-    """Return the place of a file as columns of ``meta/episodes``."""
-    return {f"{key}/chunk_index": place[0], f"{key}/file_index": place[1]}
-
-
-def video_row(camera: str, part: VideoPart) -> dict[str, Any]:
-    """Return the part of a video as columns of ``meta/episodes``."""
-    key = f"videos/{camera}"
-    return {**place_row(key, part.place), f"{key}/from_timestamp": part.start, f"{key}/to_timestamp": part.end}
-
-
-def row_stats(row: Mapping[str, Any], features: Mapping[str, Feature]) -> dict[str, Stats]:
-    """Return the statistics in a row of ``meta/episodes``, of the features for which they are complete."""
-    found: dict[str, Stats] = {}
-    for name, feature in features.items():
-        try:
-            stats = {key: np.asarray(row[f"stats/{name}/{key}"], float) for key in NAMES}
-        except (KeyError, TypeError, ValueError):
-            continue
-        shape = (3, 1, 1) if feature.is_video else feature.shape
-        shapes = all(value.shape == ((1,) if key == "count" else shape) for key, value in stats.items())
-        if shapes and stats["count"][0] > 0 and all(np.isfinite(value).all() for value in stats.values()):
-            found[name] = {**stats, "count": stats["count"].astype(np.int64)}
-    return found
+def _place_columns(key: str, places: Sequence[Place]) -> dict[str, Any]:
+    chunks, files = zip(*places, strict=True)
+    return {f"{key}/chunk_index": chunks, f"{key}/file_index": files}
 
 
 def write_start_state(folder: Path, index: int, state: Mapping[str, np.ndarray[Any, Any]]) -> None:
-    """Write the state of the simulation at the start of an episode."""
-    aside = folder / PARTIAL / "start.npz"
-    np.savez(aside, **state)  # type: ignore[arg-type]
+    """Write the state of the simulation at the start of an episode, as one structured array."""
+    packed = np.empty((), [(name, values.dtype, values.shape) for name, values in state.items()])
+    for name, values in state.items():
+        packed[name] = values
+    aside = folder / PARTIAL / "start.npy"
+    np.save(aside, packed)
     install(folder, aside, START_PATH.format(index))
 
 
-def write_summary(folder: Path, info: Info, tasks: Sequence[str], stats: Mapping[str, Stats]) -> None:
+def write_summary(folder: Path, info: Info, tasks: Sequence[str], stats: Floats | None) -> None:
     """Write ``tasks.parquet``, ``stats.json`` and ``info.json``. The last of them makes new episodes visible."""
-    write_tables(folder, [tasks_table(tasks)], "meta/tasks.parquet")
-    for name, value in {"stats": stats, "info": info.to_json(len(tasks))}.items():
+    write_table(folder, tasks_table(tasks), "meta/tasks.parquet")
+    merged = {} if stats is None else stats_json(info.features, stats)
+    for name, value in {"stats": merged, "info": info.to_json(len(tasks))}.items():
         aside = folder / PARTIAL / f"{name}.json"
         aside.write_text(to_json(value, indent=4), encoding="utf-8")
         install(folder, aside, f"meta/{name}.json")
@@ -123,112 +127,111 @@ class Joiner:
         folder: Folder of the data set.
         info: Its features and size limits.
         tasks: Sentences of its tasks. New ones are appended.
-        present: Episodes that the data set contains already.
+        present: Episodes before those that are appended.
+
+    Attributes:
+        episodes: Appended episodes.
+        frames: Number of frames of the data set, with those that are appended.
+        stats: Statistics of the appended episodes: arrays (n, 10, k), to be concatenated.
     """
 
     def __init__(self, folder: Path, info: Info, tasks: list[str], present: Sequence[Episode] = ()) -> None:
         self._folder, self._info, self._tasks = folder, info, tasks
+        self._index, self._first = len(present), sum(episode.length for episode in present)
+        self._listed = _free_place([episode.listed for episode in present])
+        self._places = {_DATA: _free_place([episode.place for episode in present])}
+        for camera in info.cameras:
+            self._places[camera] = _free_place([episode.videos[camera].place for episode in present])
         self._data_limit, self._video_limit = (size * _MB for size in info.sizes)
-        self._data_place = _free_place(episode.place for episode in present)
-        self._listed = _free_place(episode.listed for episode in present)
-        self._video_places = {
-            camera: _free_place(episode.videos[camera].place for episode in present) for camera in info.cameras
-        }
-        self._data: pq.ParquetWriter | None = None
-        self._videos: dict[str, Muxer] = {}
+        self._files: dict[str, Any] = {}
+        self._data_bytes = 0
         self._complete: dict[str, Path] = {}
-        self.rows: list[dict[str, Any]] = []
+        self.episodes: list[Episode] = []
+        self.frames, self.stats = self._first, list[Floats]()
 
-    def add(self, source: Dataset, episodes: Sequence[int], index: int, first: int) -> int:
-        """Copy episodes.
+    def add(self, source: Dataset, episodes: Sequence[int]) -> None:
+        """Copy the episodes with these numbers.
 
-        Args:
-            source: Data set that contains the episodes.
-            episodes: Numbers of the episodes.
-            index: Number of the first of them in the new data set.
-            first: Number of its first frame in the new data set.
-
-        Returns:
-            Number of the frame after the last.
+        Raises:
+            DataError: The source is damaged.
         """
         names = [name for name, feature in source.features.items() if not feature.is_video]
         self._tasks += [task for task in source.tasks if task not in self._tasks]
         task_indices = np.array([self._tasks.index(task) for task in source.tasks])
-        rows = iter(source.rows(episodes))
-        for episode, part in source.iter_columns(names, episodes):
-            if not 0 <= part["task_index"].min() <= part["task_index"].max() < len(task_indices):
-                raise DataError(source.folder, f"episode {episode.index} has a task_index without a sentence.")
-            part["task_index"] = task_indices[part["task_index"]]
-            part["episode_index"] = np.full(episode.length, index)
-            part["index"] = np.arange(first, first + episode.length)
-            self._add_episode(source, episode, part, next(rows))
-            index, first = index + 1, first + episode.length
-        return first
+        columns_of = spans(self._info.features)
+        for group, columns in source.iter_files(names, episodes):
+            lengths, index = [episode.length for episode in group], self._index + len(self.episodes)
+            if not 0 <= columns["task_index"].min() <= columns["task_index"].max() < len(task_indices):
+                raise DataError(source.data_path(group[0].place), "an episode has a task_index without a sentence.")
+            columns["task_index"] = task_indices[columns["task_index"]]
+            columns["episode_index"] = np.repeat(np.arange(index, index + len(group)), lengths)
+            columns["index"] = np.arange(self.frames, self.frames + sum(lengths))
+            stats = source.stats(group, self._info.features)
+            numbers = np.stack([columns[name] for name in _RENUMBERED], axis=1, dtype=np.float64)
+            for row, part in enumerate(np.split(numbers, np.cumsum(lengths)[:-1])):
+                for name, values in zip(_RENUMBERED, vector_stats(part).T, strict=True):
+                    stats[row, :, columns_of[name].start] = values
+            self.stats.append(stats)
+            self._add_rows(source, group, data_table(self._info.features, columns))
+            self.frames += sum(lengths)
 
     def commit(self) -> None:
         """Complete the files, and move them to their places. The metadata comes last."""
-        if not self.rows:
-            return
-        self._close_data()
-        for camera in self._info.cameras:
-            self._close_video(camera)
-        for relative, aside in self._complete.items():
-            install(self._folder, aside, relative)
-        write_tables(self._folder, [episode_table(self.rows)], fill(EPISODES_PATH, self._listed))
+        if self.episodes:
+            for kind in list(self._files):
+                self._close(kind)
+            for relative, aside in self._complete.items():
+                install(self._folder, aside, relative)
+            write_episodes(self._folder, self._info, self.episodes, self._first, np.concatenate(self.stats))
 
-    def _add_episode(
-        self, source: Dataset, episode: Episode, columns: dict[str, np.ndarray[Any, Any]], row: Mapping[str, Any]
-    ) -> None:
-        first = int(columns["index"][0])
-        kept: dict[str, Any] = {"episode_index": int(columns["episode_index"][0]), "tasks": list(episode.tasks)}
-        kept |= {"length": episode.length, "dataset_from_index": first, "dataset_to_index": first + episode.length}
-        kept |= stats_row(row_stats(row, self._info.features))
-        kept |= stats_row(vector_stats({name: columns[name] for name in ("task_index", "episode_index", "index")}))
-        table = data_table(self._info.features, columns)
-        if self._data and self._aside("data").stat().st_size + table.nbytes > self._data_limit:
-            self._close_data()
-        if self._data is None:
-            self._data = pq.ParquetWriter(self._aside("data"), table.schema, compression="snappy")
-        self._data.write_table(table)
-        kept |= place_row("data", self._data_place)
-        for camera in self._info.cameras:
-            part = episode.videos[camera]
-            packets = Packets(source.video_path(camera, part.place), part, source.fps)
-            kept |= self._add_video(camera, packets, episode.length)
-        self.rows.append(kept | place_row("meta/episodes", self._listed))
+    def _add_rows(self, source: Dataset, group: Sequence[Episode], table: pa.Table) -> None:
+        """Write the rows of episodes from one file, and begin a new file before an episode that does not fit."""
+        begin = end = 0
+        for episode in group:
+            size = table.nbytes * episode.length // len(table)
+            if self._data_bytes and self._data_bytes + size > self._data_limit:
+                self._write_rows(table.slice(begin, end - begin))
+                self._close(_DATA)
+                begin, self._data_bytes = end, 0
+            end, self._data_bytes = end + episode.length, self._data_bytes + size
+            videos = {camera: self._add_video(source, episode, camera) for camera in self._info.cameras}
+            index = self._index + len(self.episodes)
+            self.episodes.append(
+                Episode(index, episode.length, episode.tasks, self._places[_DATA], videos, self._listed)
+            )
+        self._write_rows(table.slice(begin))
 
-    def _add_video(self, camera: str, packets: Packets, length: int) -> dict[str, Any]:
-        muxer = self._videos.get(camera)
+    def _write_rows(self, table: pa.Table) -> None:
+        if len(table):
+            if _DATA not in self._files:
+                self._files[_DATA] = open_parquet(self._aside(_DATA), table.schema)
+            self._files[_DATA].write_table(table)
+
+    def _add_video(self, source: Dataset, episode: Episode, camera: str) -> VideoPart:
+        part = episode.videos[camera]
+        packets = Packets(source.video_path(camera, part.place), part, source.fps)
+        muxer = self._files.get(camera)
         if muxer and (muxer.kind != packets.kind or muxer.size + packets.size > self._video_limit):
-            self._close_video(camera)
-        if camera not in self._videos:
-            self._videos[camera] = Muxer(self._aside(camera), packets, self._info.fps)
-        start, end = self._videos[camera].add(packets, length)
-        return video_row(camera, VideoPart(self._video_places[camera], start, end))
+            self._close(camera)
+        if camera not in self._files:
+            self._files[camera] = Muxer(self._aside(camera), packets, self._info.fps)
+        return VideoPart(self._places[camera], *self._files[camera].add(packets, episode.length))
 
-    def _close_data(self) -> None:
-        if self._data:
-            self._data.close()
-            self._data = None
-            self._complete[fill(DATA_PATH, self._data_place)] = self._aside("data")
-            self._data_place = next_place(self._data_place)
-
-    def _close_video(self, camera: str) -> None:
-        if camera in self._videos:
-            self._videos.pop(camera).close()
-            place = self._video_places[camera]
-            self._complete[fill(VIDEO_PATH, place, camera)] = self._aside(camera)
-            self._video_places[camera] = next_place(place)
+    def _close(self, kind: str) -> None:
+        """Close the current data file, or the current video of a camera."""
+        if file := self._files.pop(kind, None):
+            file.close()
+            template = VIDEO_PATH if kind else DATA_PATH
+            self._complete[fill(template, self._places[kind], kind)] = self._aside(kind)
+            self._places[kind] = next_place(self._places[kind])
 
     def _aside(self, kind: str) -> Path:
         """Return the temporary path of the current data file, or of the current video of a camera."""
-        place = self._video_places.get(kind, self._data_place)
-        suffix = "mp4" if kind in self._video_places else "parquet"
-        number = self._info.cameras.index(kind) if kind in self._video_places else "data"
-        return self._folder / PARTIAL / f"join-{number}-{place[0]}-{place[1]}.{suffix}"
+        number, suffix = list(self._places).index(kind), "mp4" if kind else "parquet"
+        return self._folder / PARTIAL / "join-{}-{}-{}.{}".format(number, *self._places[kind], suffix)
 
 
-def _free_place(places: Iterable[Place]) -> Place:
+def _free_place(places: Sequence[Place]) -> Place:
     """Return the first place after those of joined files."""
     joined = [place for place in places if place[0] < RECORDING_CHUNK]
     return next_place(max(joined)) if joined else (0, 0)
@@ -238,12 +241,11 @@ def remove_leftovers(dataset: Dataset) -> None:
     """Delete files that belong to no episode: parts of interrupted recordings, and those that were joined."""
     folder = dataset.folder
     shutil.rmtree(folder / PARTIAL, ignore_errors=True)
-    kept = {fill(EPISODES_PATH, episode.listed) for episode in dataset.episodes}
-    kept |= {fill(DATA_PATH, episode.place) for episode in dataset.episodes}
-    kept |= {START_PATH.format(episode.index) for episode in dataset.episodes}
+    kept = set()
     for episode in dataset.episodes:
+        kept |= {fill(EPISODES_PATH, episode.listed), fill(DATA_PATH, episode.place), START_PATH.format(episode.index)}
         kept |= {fill(VIDEO_PATH, part.place, camera) for camera, part in episode.videos.items()}
-    for pattern in ("meta/episodes/*/*.parquet", "data/*/*.parquet", "videos/**/*.mp4", "meta/frobs/start/*.npz"):
+    for pattern in ("meta/episodes/*/*.parquet", "data/*/*.parquet", "videos/**/*.mp4", "meta/frobs/start/*.npy"):
         for path in folder.glob(pattern):
             if path.relative_to(folder).as_posix() not in kept:
                 path.unlink()

@@ -26,7 +26,7 @@ DATA_PATH = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 VIDEO_PATH = "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4"
 EPISODES_PATH = "meta/episodes/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 SETTINGS_PATH = "meta/frobs/settings.json"
-START_PATH = "meta/frobs/start/episode-{:06d}.npz"
+START_PATH = "meta/frobs/start/episode-{:06d}.npy"
 
 Place: TypeAlias = tuple[int, int]
 """Chunk and file index of a file."""
@@ -63,6 +63,11 @@ class Feature:
     def size(self) -> int:
         """Number of elements of one frame's value."""
         return math.prod(self.shape)
+
+    @property
+    def row_shape(self) -> tuple[int, ...]:
+        """Shape of one frame's value in an array: numbers have no axis."""
+        return () if self.shape == (1,) else self.shape
 
 
 INDEX: Mapping[str, Feature] = {
@@ -143,26 +148,19 @@ class Info:
         """Return the content of ``info.json`` for a data set with this number of tasks."""
         features: dict[str, Any] = {}
         for name, feature in self.features.items():
-            names = list(feature.names) or None
-            features[name] = {"dtype": feature.dtype, "shape": list(feature.shape), "names": names}
+            features[name] = {"dtype": feature.dtype, "shape": feature.shape, "names": feature.names or None}
             if feature.is_video:
-                height, width, channels = feature.shape
-                features[name]["info"] = {
-                    **{"video.height": height, "video.width": width, "video.codec": self.codecs.get(name, "av1")},
-                    **{"video.pix_fmt": "yuv420p", "video.is_depth_map": False, "video.fps": self.fps},
-                    **{"video.channels": channels, "has_audio": False},
-                }
+                size = dict(zip(("video.height", "video.width", "video.channels"), feature.shape, strict=True))
+                coding = {"video.codec": self.codecs.get(name, "av1"), "video.pix_fmt": "yuv420p"}
+                others = {"video.is_depth_map": False, "video.fps": self.fps, "has_audio": False}
+                features[name]["info"] = {**size, **coding, **others}
         data_mb, video_mb = (max(1, round(size)) for size in self.sizes)
-        return {
-            "codebase_version": VERSION,
-            "robot_type": self.robot_type,
-            **{"total_episodes": self.episodes, "total_frames": self.frames, "total_tasks": tasks},
-            **{"chunks_size": FILES_PER_CHUNK, "data_files_size_in_mb": data_mb, "video_files_size_in_mb": video_mb},
-            "fps": self.fps,
-            "splits": {"train": f"0:{self.episodes}"},
-            **{"data_path": DATA_PATH, "video_path": VIDEO_PATH if self.cameras else None},
-            "features": features,
-        }
+        counts = {"total_episodes": self.episodes, "total_frames": self.frames, "total_tasks": tasks}
+        sizes = {"data_files_size_in_mb": data_mb, "video_files_size_in_mb": video_mb, "chunks_size": FILES_PER_CHUNK}
+        paths = {"data_path": DATA_PATH, "video_path": VIDEO_PATH if self.cameras else None}
+        split = {"fps": self.fps, "splits": {"train": f"0:{self.episodes}"}}
+        head = {"codebase_version": VERSION, "robot_type": self.robot_type}
+        return {**head, **counts, **sizes, **split, **paths, "features": features}
 
 
 def read_info(folder: Path) -> Info:
@@ -226,9 +224,8 @@ def _read_feature(path: Path, name: str, value: Any) -> Feature:
         raise DataError(path, f"the feature '{name}' has the unknown dtype {feature.dtype!r:.40}.")
     if feature.is_video and (len(shape) != 3 or shape[2] != 3):
         raise DataError(path, f"the video '{name}' has the shape {shape}; it must be (height, width, 3).")
-    limit = (
-        BUDGET["pixels of a picture"] * 3 if feature.dtype in ("video", "image") else BUDGET["elements of a feature"]
-    )
+    is_picture = feature.dtype in ("video", "image")
+    limit = BUDGET["pixels of a picture"] * 3 if is_picture else BUDGET["elements of a feature"]
     if len(shape) > 10 or feature.size > limit:
         raise DataError(path, f"the feature '{name}' has more than {limit:,} elements.")
     return feature
@@ -273,6 +270,17 @@ def next_place(place: Place) -> Place:
     return (place[0], place[1] + 1) if place[1] + 1 < FILES_PER_CHUNK else (place[0] + 1, 0)
 
 
+def nested_lists(values: np.ndarray[Any, Any], shape: Sequence[int], *, fixed: bool) -> pa.Array:
+    """Return an Arrow array of nested lists, of fixed or variable size, for the flat values of arrays of a shape."""
+    array = pa.array(values)
+    for size in reversed(shape):
+        if fixed:
+            array = pa.FixedSizeListArray.from_arrays(array, size)
+        else:
+            array = pa.ListArray.from_arrays(np.arange(0, len(array) + 1, size, dtype=np.int32), array)
+    return array
+
+
 def data_table(features: Mapping[str, Feature], columns: Mapping[str, np.ndarray[Any, Any]]) -> pa.Table:
     """Return the Arrow table of frames, with the metadata that Hugging Face's ``datasets`` expects.
 
@@ -280,35 +288,24 @@ def data_table(features: Mapping[str, Feature], columns: Mapping[str, np.ndarray
         features: Features of the data set. Cameras are left out.
         columns: Array of each feature, (n, k), or (n,) for the shape ``(1,)``.
     """
-    kept = {name: feature for name, feature in features.items() if not feature.is_video}
     described: dict[str, Any] = {}
     arrays = {}
-    for name, feature in kept.items():
-        described[name] = {"dtype": feature.dtype, "_type": "Value"}
-        arrays[name] = pa.array(columns[name].reshape(-1))
-        for size in reversed(feature.shape if feature.shape != (1,) else ()):
-            described[name] = {"feature": described[name], "length": size, "_type": "List"}
-            arrays[name] = pa.FixedSizeListArray.from_arrays(arrays[name], size)
+    for name, feature in features.items():
+        if not feature.is_video:
+            arrays[name] = nested_lists(columns[name].reshape(-1), feature.row_shape, fixed=True)
+            described[name] = {"dtype": feature.dtype, "_type": "Value"}
+            for size in reversed(feature.row_shape):
+                described[name] = {"feature": described[name], "length": size, "_type": "List"}
     return pa.table(arrays).replace_schema_metadata({"huggingface": json.dumps({"info": {"features": described}})})
 
 
 def tasks_table(tasks: Sequence[str]) -> pa.Table:
     """Return the Arrow table of ``meta/tasks.parquet``: for pandas, the sentences are the index of the frame."""
     kinds = {"task_index": ("int64", "int64"), "task": ("unicode", "object")}
-    described = {
-        "index_columns": ["task"],
-        "column_indexes": [
-            {
-                **{"name": None, "field_name": None, "pandas_type": "unicode", "numpy_type": "object"},
-                "metadata": {"encoding": "UTF-8"},
-            }
-        ],
-        "columns": [
-            {"name": name, "field_name": name, "pandas_type": pandas, "numpy_type": numpy, "metadata": None}
-            for name, (pandas, numpy) in kinds.items()
-        ],
-        "creator": {"library": "pyarrow", "version": pa.__version__},
-        "pandas_version": "2.3.3",
-    }
+    described = [
+        {"name": name, "field_name": name, "pandas_type": pandas, "numpy_type": numpy, "metadata": None}
+        for name, (pandas, numpy) in kinds.items()
+    ]
+    frame = {"index_columns": ["task"], "column_indexes": [], "columns": described, "pandas_version": "2.3.3"}
     table = pa.table({"task_index": pa.array(range(len(tasks)), pa.int64()), "task": pa.array(tasks, pa.string())})
-    return table.replace_schema_metadata({"pandas": json.dumps(described)})
+    return table.replace_schema_metadata({"pandas": json.dumps(frame)})

@@ -8,7 +8,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.contracts import Control, Snapshot
+from frobs_core.contracts import Control
 from frobs_core.description import VECTORS, Observation
 from frobs_core.sensing.observation import Observations
 from frobs_core.util.errors import ConfigurationError, ParameterValueError
@@ -20,7 +20,6 @@ REWARD, DONE, TERMINATED, SUCCESS = "next.reward", "next.done", "next.terminated
 PHASE, SEED = "phase", "seed"
 
 _PER_STEP = {REWARD: "float32", DONE: "bool", TERMINATED: "bool", SUCCESS: "bool", SEED: "int64"}
-_PACKED, _LONGEST_HEADER = "state", 9_000  # NumPy reads at most 10,000 characters
 _VIEW = ("camera", "size", "fast", "markers")
 
 Camera = Mapping[str, Any]
@@ -38,7 +37,6 @@ class Vectors:
 
     Attributes:
         features: The features by name. A feature without elements is omitted.
-        keys: Keys of the observation that contain the terms.
     """
 
     def __init__(self, observations: Observations) -> None:
@@ -55,8 +53,6 @@ class Vectors:
             for feature in (STATE, ENVIRONMENT_STATE)
             if feature in names
         }
-
-        self.keys = {key for parts in self._parts.values() for key, _ in parts}
 
     def read(self, observation: Observation) -> dict[str, np.ndarray[Any, Any]]:
         """Return the values of the features, (n, k) float32, of n observations."""
@@ -139,25 +135,3 @@ def picture_features(views: Mapping[str, Mapping[str, Any]], observations: Obser
     shapes = {name: (*term.low.shape,) for name, term in observations.terms.items() if term.dtype == "uint8"}
     shapes |= {name: (*view["size"], 3) for name, view in views.items()}
     return {PICTURES + name: Feature("video", shape, ("height", "width", "channels")) for name, shape in shapes.items()}
-
-
-def pack_state(snapshot: Snapshot) -> Snapshot:
-    """Return a snapshot whose arrays are fields of one structured array, (num_envs,), because each file costs time.
-
-    A snapshot of so many arrays that NumPy would not read the file is returned unchanged.
-    """
-    dtype = np.dtype([(name, values.dtype, values.shape[1:]) for name, values in snapshot.items()])
-    if len(repr(dtype.descr)) > _LONGEST_HEADER:
-        return snapshot
-    packed = np.empty(len(next(iter(snapshot.values()))), dtype)
-    for name, values in snapshot.items():
-        packed[name] = values
-    return {_PACKED: packed}
-
-
-def unpack_state(state: Snapshot) -> Snapshot:
-    """Return the snapshot from which :func:`pack_state` made a state."""
-    packed = state.get(_PACKED)
-    if packed is None or packed.dtype.names is None:
-        return state
-    return {name: packed[name] for name in packed.dtype.names}

@@ -11,7 +11,6 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.contracts import Policy, Snapshot
-from frobs_core.description import VECTORS
 from frobs_core.kernel.policies import find_policy
 from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.util.arrays import Action, Mask
@@ -32,12 +31,12 @@ from frobs_data.recorded_features import (
     TERMINATED,
     Camera,
     Vectors,
-    pack_state,
     picture_features,
     read_cameras,
     step_features,
 )
-from frobs_data.writer import Clip, DatasetWriter
+from frobs_data.video import Clip
+from frobs_data.writer import DatasetWriter
 from frobs_train.environment_checks import has_time_limit
 from frobs_train.environments import make_vector_env
 from frobs_train.evaluation.evaluate import usual_num_envs
@@ -147,43 +146,40 @@ def record(
         facts = {
             "environment": config.environment,
             "environment_kwargs": plain(kwargs, for_yaml=True),
-            "simulator": recorder.simulator,
+            "simulator": str(getattr(recorder.env.config.simulator, "name", recorder.env.config.simulator)),
             "control_timestep": recorder.env.control_timestep,
             "cameras": views,
         }
         facts["recordings"] = [
-            *(_recordings(out, present, facts) if present is not None else ()),
+            *([] if present is None else _recordings(present, facts)),
             {"policy": str(policy), "seed": seed, "success_only": success_only, "versions": versions()},
         ]
         actor = stack.enter_context(closing(acting_policy(_seeded(run, seed), env)))
         interrupts = stack.enter_context(Interrupts(_STOPPING))
         longest = None if has_time_limit(env) else config.longest_episode
         checked = EpisodeRecorder(env, lambda _: None, longest_episode=longest)
+        fps = max(1, round(1.0 / recorder.env.control_timestep))
+        robot = recorder.env.robot.robot.name
         recorder.open = lambda features: stack.enter_context(
-            DatasetWriter(out, recorder.fps, features, recorder.robot, facts, append=append)
+            DatasetWriter(out, fps, features, robot, facts, append=append)
         )
         _play(checked, actor, recorder, interrupts, on_progress)
     if interrupts.requested is not None:
         raise RecordingInterrupt(out, recorder.kept, interrupts.requested)
     if recorder.left.any():
-        raise DataError(
-            out,
-            f"only {recorder.kept:,} of {recorder.attempts:,} episodes were successful, which the data set keeps; use a "
-            "policy with a higher success rate, or record without --success-only.",
-        )
+        reason = f"only {recorder.kept:,} of {recorder.attempts:,} episodes were successful, which the data set keeps"
+        advice = "use a policy with a higher success rate, or record without --success-only"
+        raise DataError(out, f"{reason}; {advice}.")
     return Dataset(out)
 
 
-def _recordings(out: Path, present: Dataset, facts: Mapping[str, Any]) -> list[Any]:
+def _recordings(present: Dataset, facts: Mapping[str, Any]) -> list[Any]:
     """Return the recordings that a data set lists, after checking that it contains the same environment."""
     known = present.settings or {}
     for name, value in facts.items():
         if plain(known.get(name)) != plain(value):
-            raise DataError(
-                out,
-                f"the data set was recorded with {name}={known.get(name)!r:.200}, not {value!r:.200}; choose another "
-                "folder, or the same settings.",
-            )
+            reason = f"the data set was recorded with {name}={known.get(name)!r:.200}, not {value!r:.200}"
+            raise DataError(present.folder, f"{reason}; choose another folder, or the same settings.")
     recordings = known.get("recordings")
     return recordings if isinstance(recordings, list) else []
 
@@ -206,7 +202,7 @@ def _play(
     observation, _ = env.reset(seed=recorder.seed)
     start = np.ones(env.num_envs, bool)
     recorder.begin(start)
-    while recorder.left.any() and interrupts.requested is None and not recorder.hopeless:
+    while recorder.left.any() and interrupts.requested is None and recorder.attempts < recorder.most_attempts:
         action = recorder.stored_action(policy.act(observation, start))
         recorder.before_step(observation, action, policy.info())
         observation, reward, terminated, truncated, info = env.step(action)
@@ -214,52 +210,6 @@ def _play(
         recorder.after_step(reward, start, terminated, info["is_success"])
         if on_progress is not None:
             on_progress(recorder.kept, recorder.attempts)
-    recorder.discard_clips()
-
-
-class _Tape:
-    """Values of all environments at the latest steps, in arrays (capacity, num_envs, …).
-
-    The arrays have room for all running episodes. If they are full, old steps are dropped, or the capacity doubles.
-
-    Args:
-        num_envs: Number of environments.
-
-    Attributes:
-        now: Row of the current step in the arrays.
-        begun: Row of the first step of each environment's episode, (num_envs,).
-    """
-
-    def __init__(self, num_envs: int) -> None:
-        self.now, self.begun = 0, np.zeros(num_envs, np.int64)
-        self._arrays: dict[str, np.ndarray[Any, Any]] = {}
-        self._capacity = 256
-
-    def write(self, name: str, values: np.ndarray[Any, Any]) -> None:
-        """Store the values of the current step, (num_envs, …)."""
-        array = self._arrays.get(name)
-        if array is None:
-            array = self._arrays[name] = np.empty((self._capacity, *values.shape), values.dtype)
-        array[self.now] = values
-
-    def advance(self) -> None:
-        """Go to the next step."""
-        self.now += 1
-        if self.now < self._capacity:
-            return
-        oldest = int(self.begun.min())
-        if oldest <= self._capacity // 2:
-            self._capacity *= 2
-        for name, array in self._arrays.items():
-            moved = np.empty((self._capacity, *array.shape[1:]), array.dtype)
-            moved[: self.now - oldest] = array[oldest : self.now]
-            self._arrays[name] = moved
-        self.now -= oldest
-        self.begun -= oldest
-
-    def episode(self, name: str, row: int) -> np.ndarray[Any, Any]:
-        """Return the values of an environment since its episode began, (n, …)."""
-        return self._arrays[name][self.begun[row] : self.now, row]
 
 
 class _Recorder:
@@ -278,6 +228,7 @@ class _Recorder:
         left: Number of episodes that each environment still has to record, (num_envs,).
         kept: Number of recorded episodes.
         attempts: Number of finished episodes.
+        most_attempts: Number of attempts after which so many episodes failed that recording ends.
     """
 
     open: Callable[[dict[str, Any]], DatasetWriter]
@@ -292,20 +243,20 @@ class _Recorder:
     ) -> None:
         base: Any = env.unwrapped
         if not isinstance(base, RobotVectorEnv):
-            raise RunError(
-                "only FRobs environments can be recorded, on a simulator that is not paced, and without wrappers for "
-                "single environments."
-            )
+            rule = "on a simulator that is not paced, and without wrappers for single environments"
+            raise RunError(f"only FRobs environments can be recorded, {rule}.")
         self.env, self.seed, self._views, self._success_only = base, seed, views, success_only
         self._unseen = env is not base  # a wrapper may have changed the observation
         num_envs = base.num_envs
         self.left = np.full(num_envs, episodes // num_envs)
         self.left[: episodes % num_envs] += 1
         self.kept = self.attempts = 0
-        self._most_attempts = 10 * episodes + _SPARE_ATTEMPTS
+        self.most_attempts = 10 * episodes + _SPARE_ATTEMPTS
         self._seeds = seed + np.arange(num_envs, dtype=np.int64)
         base.before_autoreset.append(self._seed_again)
-        self._vectors, self._tape = Vectors(base.observations), _Tape(num_envs)
+        self._vectors = Vectors(base.observations)
+        self._steps: list[dict[str, np.ndarray[Any, Any]]] = []
+        self._begun = np.zeros(num_envs, np.int64)
         space = base.single_action_space
         self._bounds = (space.low, space.high) if isinstance(space, gym.spaces.Box) else None
         self._pictures = picture_features(views, base.observations)
@@ -315,40 +266,21 @@ class _Recorder:
         self._writer: DatasetWriter | None = None
         self._task = base.task.instruction or str(base.spec.id if base.spec else base.config.task)
 
-    @property
-    def simulator(self) -> str:
-        """Name of the simulator."""
-        chosen = self.env.config.simulator
-        return chosen if isinstance(chosen, str) else chosen.name
-
-    @property
-    def robot(self) -> str:
-        """Name of the first robot."""
-        return self.env.robot.robot.name
-
-    @property
-    def fps(self) -> int:
-        """Frames per second, rounded to a whole number as the format requires [1/s]."""
-        return max(1, round(1.0 / self.env.control_timestep))
-
-    @property
-    def hopeless(self) -> bool:
-        """Whether so many episodes failed that recording only successful ones takes too long."""
-        return self.attempts >= self._most_attempts
-
     def stored_action(self, action: Action) -> Action:
         """Return an action as the environment receives it and the data set stores it: clipped, and in float32."""
         if self._bounds is None:
-            return np.asarray(action, np.int64)
+            return np.array(action, np.int64)
         return np.clip(np.asarray(action, np.float32), *self._bounds)
 
     def begin(self, started: Mask) -> None:
         """Store the start states of the episodes that have just begun in some environments, (num_envs,) bool."""
-        self._tape.begun[started] = self._tape.now
-        self._tape.begun[self.left == 0] = self._tape.now
+        self._begun[started | (self.left == 0)] = len(self._steps)
+        if oldest := int(self._begun.min()):
+            del self._steps[:oldest]
+            self._begun -= oldest
         rows = np.flatnonzero(started & (self.left > 0))
         try:
-            state = pack_state(self.env.snapshot()) if len(rows) else {}
+            state = self.env.snapshot() if len(rows) else {}
         except CapabilityError:  # of the simulator; such an episode cannot be replayed
             return
         for row in rows.tolist():
@@ -362,12 +294,9 @@ class _Recorder:
             self._writer = self.open({**self._vectors.features, **self._pictures, **steps})
         if self._unseen:
             observation = self.env.observations.observe()
-        parts = observation if isinstance(observation, dict) else {VECTORS: observation}
-        for key in self._vectors.keys:
-            self._tape.write(f"observation/{key}", parts[key])
-        self._tape.write(ACTION, action)
+        self._steps.append({**self._vectors.read(observation), ACTION: action})
         if phase is not None:
-            self._tape.write(PHASE, np.asarray(phase, np.int64))
+            self._steps[-1][PHASE] = np.array(phase, np.int64)
         if self._pictures:
             self._add_pictures(observation)
 
@@ -384,42 +313,34 @@ class _Recorder:
 
     def after_step(self, reward: Any, done: Mask, terminated: Mask, success: Any) -> None:
         """Store the result of a step, (num_envs,) each, and write the episodes that have ended."""
-        values = {REWARD: reward, DONE: done, TERMINATED: terminated, SUCCESS: np.asarray(success) > 0.5}
-        for name, array in values.items():
-            self._tape.write(name, array)
-        self._tape.advance()
+        self._steps[-1] |= {REWARD: np.array(reward), DONE: done, TERMINATED: np.array(terminated)}
+        self._steps[-1][SUCCESS] = np.asarray(success) > 0.5
         if done.any():
-            for row in np.flatnonzero(done & (self.left > 0)).tolist():
-                self._finish(row)
+            rows = np.flatnonzero(done & (self.left > 0)).tolist()
+            first = min((int(self._begun[row]) for row in rows), default=0)
+            steps = self._steps[first:]
+            columns = {name: np.stack([step[name] for step in steps]) for name in steps[0]} if rows else {}
+            for row in rows:
+                begun = int(self._begun[row]) - first
+                self._finish(row, {name: values[begun:, row] for name, values in columns.items()})
             self.begin(done)
 
-    def _finish(self, row: int) -> None:
-        """Write or discard the episode of an environment."""
+    def _finish(self, row: int, columns: dict[str, Any]) -> None:
+        """Write or discard the episode of an environment, whose columns are (n, …)."""
         self.attempts += 1
-        tape, clips = self._tape, self._clips[row]
-        self._clips[row] = {}
-        if self._success_only and not tape.episode(SUCCESS, row)[-1]:
+        clips, self._clips[row] = self._clips[row], {}
+        if self._success_only and not columns[SUCCESS][-1]:
             for clip in clips.values():
                 clip.discard()
             return
         self.kept += 1
         self.left[row] -= 1
-        seen = {key: tape.episode(f"observation/{key}", row) for key in self._vectors.keys}
-        names = [ACTION, REWARD, DONE, TERMINATED, SUCCESS]
-        assert self._writer is not None  # opened at the first step
-        names += [PHASE] if PHASE in self._writer.info.features else []
-        columns = self._vectors.read(seen) | {name: tape.episode(name, row) for name in names}
-        length = len(columns[DONE])
         # The seed of the next episode has already been drawn.
-        columns[SEED] = np.full(length, self._seeds[row] - self.env.num_envs)
+        columns[SEED] = np.full(len(columns[DONE]), self._seeds[row] - self.env.num_envs)
+        assert self._writer is not None  # opened at the first step
         self._writer.add({**columns, **clips}, self._task, self._starts[row])
 
     def _seed_again(self, mask: Mask) -> None:
         """Give each environment that is about to be reset the seed of its next episode."""
         self._seeds[mask] += self.env.num_envs
         self.env.step_context.rng.seed(self._seeds[mask].tolist(), mask)
-
-    def discard_clips(self) -> None:
-        """Discard the pictures of the episodes that have not ended."""
-        for clip in (clip for clips in self._clips for clip in clips.values()):
-            clip.discard()

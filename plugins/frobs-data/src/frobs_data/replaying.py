@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +16,12 @@ from frobs_core.util.validation import validate
 from frobs_data.dataset import Dataset
 from frobs_data.errors import DataError
 from frobs_data.layout import SETTINGS_PATH
-from frobs_data.recorded_features import ACTION, REWARD, SEED, SUCCESS, Vectors, unpack_state
+from frobs_data.recorded_features import ACTION, REWARD, SEED, SUCCESS, Vectors
 from frobs_train.configuration.config import RunConfig
 from frobs_train.environments import make_env
 from frobs_train.export.untrusted import check_config
+
+_NEEDED = (ACTION, REWARD, SUCCESS, SEED)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,10 +60,6 @@ class Replay:
     success: bool
     recorded_success: bool
     drift: Mapping[str, Drift] | None = None
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the fields as JSON-serializable values."""
-        return asdict(self)
 
 
 def replay(
@@ -107,9 +105,16 @@ def replay(
 
         env = make()
         other = make(simulator=simulator) if simulator not in (None, recorded) else None
+        vectors = Vectors((other or env).observations)
+        _check_features(dataset, vectors, env)
         results = []
         for number in numbers:
-            results.append(_Episode(dataset, number, env, other, simulator or recorded).replay())
+            columns = dataset.columns([*vectors.features, *_NEEDED], [number])
+            seed = max(0, int(columns[SEED][0]))
+            _restore(dataset, number, env, seed)
+            if other is not None:
+                _transfer(env, other, seed)
+            results.append(_repeat(number, columns, vectors, simulator or recorded, env, other))
             if on_progress is not None:
                 on_progress(len(results))
     return results
@@ -119,136 +124,103 @@ def _read_settings(dataset: Dataset, trust: bool) -> tuple[str, dict[str, Any], 
     """Return the Gymnasium ID, the keyword arguments and the simulator of a recording."""
     path, settings = dataset.folder / SETTINGS_PATH, dataset.settings
     if settings is None:
-        raise DataError(
-            dataset.folder,
-            f"{SETTINGS_PATH} is missing, which names the environment; only recordings of 'frobs record' can be replayed.",
-        )
+        reason = f"{SETTINGS_PATH} is missing, which names the environment"
+        raise DataError(dataset.folder, f"{reason}; only recordings of 'frobs record' can be replayed.")
     environment, kwargs, simulator = (settings.get(key) for key in ("environment", "environment_kwargs", "simulator"))
     if not isinstance(environment, str) or not isinstance(kwargs, dict) or not isinstance(simulator, str):
-        raise DataError(
-            path, "'environment', 'environment_kwargs' and 'simulator' must be an ID, a mapping and a name."
-        )
+        rule = "'environment', 'environment_kwargs' and 'simulator' must be an ID, a mapping and a name"
+        raise DataError(path, f"{rule}.")
     config = validate(RunConfig, {"environment": environment, "environment_kwargs": kwargs}, str(path))
     if not trust:
         check_config(path, config)
     return environment, dict(kwargs), simulator
 
 
-class _Episode:
-    """One recorded episode, to be repeated in one or two environments.
+def _check_features(dataset: Dataset, vectors: Vectors, env: RobotEnv) -> None:
+    for name, feature in vectors.features.items():
+        found = dataset.features.get(name)
+        if found is None or not found.is_numeric or found.names != feature.names or found.shape != feature.shape:
+            raise DataError(dataset.folder, f"'{name}' does not consist of the terms of the environment.")
+    for name in _NEEDED:
+        size = int(np.prod(env.action_space.shape or (1,))) if name == ACTION else 1
+        found = dataset.features.get(name)
+        if found is None or not found.is_numeric or found.size != size:
+            raise DataError(dataset.folder, f"the column '{name}' is missing, or does not have {size} elements.")
 
-    Args:
-        dataset: The data set.
-        number: Number of the episode.
-        env: Environment on the simulator of the recording.
-        other: Environment on another simulator, or None.
-        simulator: Name of the simulator that is compared with the recording.
 
-    Raises:
-        DataError: The data set does not fit the environment.
-    """
+def _restore(dataset: Dataset, number: int, env: RobotEnv, seed: int) -> None:
+    """Restore the start state of an episode in the environment on the simulator of the recording."""
+    start = f"the start state of episode {number}"
+    state = dataset.start_state(number)
+    if state is None:
+        advice = "the simulator that recorded it may not support snapshots"
+        raise DataError(dataset.folder, f"{start} is missing; {advice}.")
+    env.reset(seed=seed)
+    expected = {name: values for name, values in env.snapshot().items() if name != "running"}
+    for name, values in expected.items():
+        stored = state.get(name)
+        if stored is None or stored.ndim != values.ndim or stored.shape[:1] != (1,) or stored.size > 10**7:
+            advice = "the versions of FRobs or of the simulator may differ from those of the recording"
+            raise DataError(dataset.folder, f"{start} does not fit the environment ('{name}'); {advice}.")
+    try:
+        env.restore({**{name: state[name] for name in expected}, "running": np.ones(1, bool)})
+    except (ValueError, TypeError, KeyError, IndexError) as error:
+        reason = str(error).partition("\n")[0]
+        raise DataError(dataset.folder, f"{start} cannot be restored: {reason}.") from error
 
-    def __init__(self, dataset: Dataset, number: int, env: RobotEnv, other: RobotEnv | None, simulator: str) -> None:
-        self._dataset, self._number, self._env, self._other, self._simulator = dataset, number, env, other, simulator
-        self._vectors = Vectors((other or env).observations)
-        for name, feature in self._vectors.features.items():
-            found = dataset.features.get(name)
-            if found is None or found.names != feature.names:
-                raise DataError(dataset.folder, f"'{name}' does not consist of the terms of the environment.")
-        for name in (ACTION, REWARD, SUCCESS, SEED):
-            if name not in dataset.features or not dataset.features[name].is_numeric:
-                raise DataError(dataset.folder, f"the column '{name}' is missing, so the episodes cannot be replayed.")
-        if dataset.features[ACTION].size != int(np.prod(env.action_space.shape or (1,))):
-            raise DataError(dataset.folder, f"the actions do not fit the action space {env.action_space}.")
-        self._recorded = dataset.columns([*self._vectors.features, ACTION, REWARD, SUCCESS, SEED], [number])
-        if not len(self._recorded[SEED]) or self._recorded[SEED][0] < 0:
-            raise DataError(dataset.folder, f"episode {number} has no frames, or a negative seed.")
 
-    def replay(self) -> Replay:
-        """Repeat the actions, and compare the results with the recording."""
-        self._restore()
-        env = self._env if self._other is None else self._other
-        if self._other is not None:
-            self._transfer(self._other)
-        recorded = self._recorded
-        difference, identical, frames, success = 0.0, True, 0, False
-        distances: list[dict[str, float]] = []
-        for observation, reward, success in self._steps(env):
-            vectors = self._vectors.read(observation)
-            pairs = [(vectors[name][0], recorded[name][frames]) for name in vectors]
-            pairs.append((np.float32(reward), recorded[REWARD][frames]))
-            difference = max(difference, *(float(np.abs(a - b).max(initial=0.0)) for a, b in pairs))
-            identical &= all(np.array_equal(a, b) for a, b in pairs) and success == recorded[SUCCESS][frames]
-            frames += 1
-            if self._other is not None:
-                distances.append(_distances(self._env, self._other))
-        return Replay(
-            episode=self._number,
-            frames=frames,
-            simulator=self._simulator,
-            difference=difference,
-            identical=bool(identical) and frames == len(recorded[REWARD]),
-            success=bool(success),
-            recorded_success=bool(recorded[SUCCESS][-1]),
-            drift=_drift(distances, env.control_timestep) if self._other is not None else None,
-        )
+def _transfer(env: RobotEnv, other: RobotEnv, seed: int) -> None:
+    """Begin an episode on another simulator with the positions and the task of the restored state."""
+    other.reset(seed=seed)
+    for name, robot in env.simulation.robots.items():
+        other.simulation.robots[name].write_joint_state(robot.joint_positions.copy())
+        if robot.robot.base != "fixed":
+            other.simulation.robots[name].write_base_pose(*robot.base_pose)
+    for name, body in env.simulation.bodies.items():
+        with suppress(SimulationError):  # the body is static
+            other.simulation.bodies[name].write_pose(*body.pose)
+    other.control.reset(None)
+    other.step_context.reset(None)
+    other.task.restore(env.task.snapshot())
 
-    def _restore(self) -> None:
-        """Restore the start state in the environment on the simulator of the recording."""
-        state = self._dataset.start_state(self._number)
-        if state is None:
-            raise DataError(
-                self._dataset.folder,
-                f"the start state of episode {self._number} is missing; the simulator that recorded it may not support "
-                "snapshots.",
-            )
-        state = unpack_state(state)
-        self._env.reset(seed=int(self._recorded[SEED][0]))
-        expected = {name: values for name, values in self._env.snapshot().items() if name != "running"}
-        for name, values in expected.items():
-            stored = state.get(name)
-            if stored is None or stored.ndim != values.ndim or stored.shape[:1] != (1,) or stored.size > 10**7:
-                raise DataError(
-                    self._dataset.folder,
-                    f"the start state of episode {self._number} does not fit the environment ('{name}'); the versions "
-                    "of FRobs or of the simulator may differ from those of the recording.",
-                )
+
+def _repeat(
+    number: int,
+    recorded: Mapping[str, np.ndarray[Any, Any]],
+    vectors: Vectors,
+    simulator: str,
+    env: RobotEnv,
+    other: RobotEnv | None,
+) -> Replay:
+    """Repeat the actions of an episode, and compare the results with the recording."""
+    compared = env if other is None else other
+    steps: list[dict[str, Any]] = []
+    distances: list[dict[str, float]] = []
+    for action in recorded[ACTION]:
+        observation = vectors.read(compared.observations.observe())
+        chosen = np.reshape(action, env.action_space.shape or ())
         try:
-            self._env.restore({**{name: state[name] for name in expected}, "running": np.ones(1, bool)})
-        except (ValueError, TypeError, KeyError, IndexError) as error:
-            reason = str(error).partition("\n")[0]
-            raise DataError(
-                self._dataset.folder, f"the start state of episode {self._number} cannot be restored: {reason}."
-            ) from error
-
-    def _transfer(self, other: RobotEnv) -> None:
-        """Begin an episode on the other simulator with the positions and the task of the restored state."""
-        other.reset(seed=int(self._recorded[SEED][0]))
-        for name, robot in self._env.simulation.robots.items():
-            other.simulation.robots[name].write_joint_state(robot.joint_positions.copy())
-            if robot.robot.base != "fixed":
-                other.simulation.robots[name].write_base_pose(*robot.base_pose)
-        for name, body in self._env.simulation.bodies.items():
-            try:
-                other.simulation.bodies[name].write_pose(*body.pose)
-            except SimulationError:  # the body is static
-                continue
-        other.control.reset(None)
-        other.step_context.reset(None)
-        other.task.restore(self._env.task.snapshot())
-
-    def _steps(self, env: RobotEnv) -> Iterator[tuple[Any, float, bool]]:
-        """Yield the observation before each action, and the reward and the success after it."""
-        for action in self._recorded[ACTION]:
-            observation = env.observations.observe()
-            chosen = np.reshape(action, env.action_space.shape or ())
-            try:
-                if self._other is not None:
-                    self._env.step(chosen)
-                _, reward, _, _, info = env.step(chosen)
-            except ResetNeededError:  # the episode has already ended here
-                return
-            yield observation, float(reward), info["is_success"] > 0.5
+            if other is not None:
+                env.step(chosen)
+            _, reward, _, _, info = compared.step(chosen)
+        except ResetNeededError:  # the episode has already ended here
+            break
+        steps.append({name: values[0] for name, values in observation.items()})
+        steps[-1] |= {REWARD: np.float32(reward), SUCCESS: info["is_success"] > 0.5}
+        if other is not None:
+            distances.append(_distances(env, other))
+    repeated = {name: np.stack([step[name] for step in steps]) for name in steps[0]}
+    differences = [np.abs(repeated[name] - recorded[name][: len(steps)]) for name in (*vectors.features, REWARD)]
+    return Replay(
+        episode=number,
+        frames=len(steps),
+        simulator=simulator,
+        difference=max(float(difference.max(initial=0.0)) for difference in differences),
+        identical=all(np.array_equal(values, recorded[name]) for name, values in repeated.items()),
+        success=bool(repeated[SUCCESS][-1]),
+        recorded_success=bool(recorded[SUCCESS][-1]),
+        drift=_drift(distances, env.control_timestep) if other is not None else None,
+    )
 
 
 def _distances(env: RobotEnv, other: RobotEnv) -> dict[str, float]:

@@ -3,37 +3,51 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeAlias
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pyarrow as pa
 
-Stats: TypeAlias = dict[str, np.ndarray[Any, Any]]
-"""``min``, ``max``, ``mean``, ``std`` and quantiles ``q01`` … ``q99`` of a feature, and ``count`` of its frames.
+from frobs_core.util.arrays import Floats
+from frobs_data.errors import DataError
+from frobs_data.layout import Feature, nested_lists
+from frobs_data.tables import column_array
 
-The arrays have the shape of the feature, or (3, 1, 1) for pictures, whose values are scaled to [0, 1].
-"""
+NAMES = ("min", "max", "mean", "std", "count", "q01", "q10", "q50", "q90", "q99")
+"""Rows of an array of statistics, (10, k). Its columns are the elements of the features, see :func:`spans`."""
 
-_QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
-NAMES = ("min", "max", "mean", "std", "count", *_QUANTILES)
+_MIN, _MAX, _MEAN, _STD, _COUNT, _QUANTILES = 0, 1, 2, 3, 4, slice(5, None)
+_SHARES = np.array([0.01, 0.1, 0.5, 0.9, 0.99])
 
 
-def vector_stats(columns: Mapping[str, np.ndarray[Any, Any]]) -> dict[str, Stats]:
-    """Return the statistics of one episode's columns, each (n, k) or (n,). One pass over all columns is faster."""
-    blocks = [values.reshape(len(values), -1) for values in columns.values()]
-    flat = np.concatenate(blocks, axis=1, dtype=np.float64)
-    found = {"min": flat.min(0), "max": flat.max(0), "mean": flat.mean(0), "std": flat.std(0)}
-    found |= zip(_QUANTILES, np.quantile(flat, list(_QUANTILES.values()), axis=0), strict=True)
-    ends = np.cumsum([block.shape[1] for block in blocks])
-    return {
-        name: {
-            **{
-                key: value[end - block.shape[1] : end].reshape(columns[name].shape[1:] or 1)
-                for key, value in found.items()
-            },
-            "count": np.array([len(flat)]),
-        }
-        for name, block, end in zip(columns, blocks, ends, strict=True)
-    }
+def shape_of(feature: Feature) -> tuple[int, ...]:
+    """Return the shape of a feature's statistics: pictures have one number for each color, scaled to [0, 1]."""
+    return (3, 1, 1) if feature.is_video else feature.shape
+
+
+def spans(features: Mapping[str, Feature]) -> dict[str, slice]:
+    """Return the columns of each number and camera in an array of statistics."""
+    found, end = {}, 0
+    for name, feature in features.items():
+        if feature.is_video or feature.is_numeric:
+            begin, end = end, end + int(np.prod(shape_of(feature)))
+            found[name] = slice(begin, end)
+    return found
+
+
+def vector_stats(values: Floats) -> Floats:
+    """Return the statistics, (10, k), of one episode's numbers, (n, k) float64."""
+    last, ordered = len(values) - 1, np.sort(values, axis=0)
+    low = (_SHARES * last).astype(np.int64)
+    part = (_SHARES * last - low)[:, None]
+    stats = np.empty((len(NAMES), values.shape[1]))
+    stats[_MIN], stats[_MAX], stats[_COUNT] = ordered[0], ordered[-1], len(values)
+    with np.errstate(invalid="ignore"):  # numbers that are not finite
+        stats[_MEAN], stats[_STD] = values.mean(axis=0), values.std(axis=0)
+        stats[_QUANTILES] = ordered[low] * (1 - part) + ordered[np.minimum(low + 1, last)] * part
+    return stats
 
 
 class PictureStats:
@@ -53,36 +67,81 @@ class PictureStats:
             self._counts[color] += np.bincount(picture[::step, ::step, color].ravel(), minlength=256)
         self._pictures += 1
 
-    def result(self) -> Stats:
-        """Return the statistics of the pictures."""
-        levels, total = np.arange(256), int(self._counts[0].sum())
-        mean = self._counts @ levels / total
-        variance = self._counts @ (levels * levels) / total - mean**2
+    def result(self) -> Floats:
+        """Return the statistics of the pictures, (10, 3)."""
+        levels, last = np.arange(256), int(self._counts[0].sum()) - 1
         sums = self._counts.cumsum(axis=1)
 
-        def at(position: int) -> np.ndarray[Any, Any]:
-            return np.array([np.searchsorted(row, position, side="right") for row in sums], float)
+        def at(positions: np.ndarray[Any, Any]) -> Floats:
+            return np.stack([np.searchsorted(row, positions, side="right") for row in sums], axis=-1).astype(float)
 
-        found = {"min": at(0), "max": at(total - 1), "mean": mean, "std": np.sqrt(np.maximum(variance, 0.0))}
-        for name, share in _QUANTILES.items():
-            position = share * (total - 1)
-            low, part = int(position), position % 1
-            found[name] = at(low) * (1 - part) + at(min(low + 1, total - 1)) * part
-        scaled = {name: value.reshape(3, 1, 1) / 255 for name, value in found.items()}
-        return {**scaled, "count": np.array([self._pictures])}
+        stats = np.empty((len(NAMES), 3))
+        stats[[_MIN, _MAX]] = at(np.array([0, last]))
+        stats[_MEAN] = self._counts @ levels / (last + 1)
+        variance = self._counts @ (levels * levels) / (last + 1) - stats[_MEAN] ** 2
+        stats[_STD] = np.sqrt(np.maximum(variance, 0.0))
+        low = (_SHARES * last).astype(np.int64)
+        part = (_SHARES * last - low)[:, None]
+        stats[_QUANTILES] = at(low) * (1 - part) + at(np.minimum(low + 1, last)) * part
+        stats /= 255
+        stats[_COUNT] = self._pictures
+        return stats
 
 
-def merge_stats(parts: Sequence[Stats]) -> Stats:
-    """Combine the statistics of several episodes. Quantiles are weighted means, as in LeRobot."""
-    counts = np.array([float(part["count"][0]) for part in parts])
-    weights = (counts / counts.sum()).reshape(-1, *[1] * parts[0]["mean"].ndim)
-    stacked = {name: np.stack([part[name] for part in parts]) for name in NAMES if name != "count"}
-    mean = (weights * stacked["mean"]).sum(0)
+def merge_stats(parts: Floats) -> Floats:
+    """Combine the statistics of episodes, (n, 10, k). Quantiles are weighted means, as in LeRobot."""
+    count = parts[:, _COUNT].sum(axis=0)
+    weights = parts[:, _COUNT] / count
+    merged: Floats = (weights[:, None] * parts).sum(axis=0)
+    variance = parts[:, _STD] ** 2 + (parts[:, _MEAN] - merged[_MEAN]) ** 2
+    merged[_MIN], merged[_MAX] = parts[:, _MIN].min(axis=0), parts[:, _MAX].max(axis=0)
+    merged[_STD], merged[_COUNT] = np.sqrt((weights * variance).sum(axis=0)), count
+    return merged
+
+
+def stats_columns(features: Mapping[str, Feature], parts: Floats) -> dict[str, pa.Array]:
+    """Return the columns of ``meta/episodes`` for the statistics of episodes, (n, 10, k).
+
+    Features whose statistics are not known, which are NaN, have no columns.
+    """
+    columns = {}
+    for name, span in spans(features).items():
+        if np.isfinite(parts[:, :, span]).all():
+            for row, key in enumerate(NAMES):
+                values = parts[:, row, span]
+                if row == _COUNT:
+                    columns[f"stats/{name}/{key}"] = nested_lists(values[:, 0].astype(np.int64), (1,), fixed=False)
+                else:
+                    columns[f"stats/{name}/{key}"] = nested_lists(values.ravel(), shape_of(features[name]), fixed=False)
+    return columns
+
+
+def table_stats(features: Mapping[str, Feature], table: pa.Table, path: Path) -> Floats:
+    """Return the statistics, (n, 10, k), in a table of ``meta/episodes``. Missing and invalid ones are NaN."""
+    columns = spans(features)
+    stats = np.full((len(table), len(NAMES), sum(span.stop - span.start for span in columns.values())), np.nan)
+    for name, span in columns.items():
+        for row, key in enumerate(NAMES):
+            kind = Feature("float64", (1,) if row == _COUNT else shape_of(features[name]))
+            with suppress(DataError, KeyError):
+                values = column_array(table[f"stats/{name}/{key}"], kind, path, key)
+                stats[:, row, span] = values.reshape(len(table), -1)
+    stats.swapaxes(1, 2)[~(np.isfinite(stats).all(axis=1) & (stats[:, _COUNT] > 0))] = np.nan
+    return stats
+
+
+def stats_dict(stats: Floats, shape: Sequence[int]) -> dict[str, np.ndarray[Any, Any]]:
+    """Return a feature's statistics, (10, k), by name: arrays of a shape, and ``count`` with one whole number."""
+    found: dict[str, np.ndarray[Any, Any]] = {
+        key: values.reshape(shape) for key, values in zip(NAMES, stats, strict=True)
+    }
+    return {**found, "count": stats[_COUNT, :1].astype(np.int64)}
+
+
+def stats_json(features: Mapping[str, Feature], stats: Floats) -> dict[str, Any]:
+    """Return the content of ``meta/stats.json`` for statistics, (10, k). Features that are NaN are left out."""
     return {
-        "min": stacked["min"].min(0),
-        "max": stacked["max"].max(0),
-        "mean": mean,
-        "std": np.sqrt((weights * (stacked["std"] ** 2 + (stacked["mean"] - mean) ** 2)).sum(0)),
-        "count": np.array([int(counts.sum())]),
-        **{name: (weights * stacked[name]).sum(0) for name in _QUANTILES},
+        name: stats_dict(stats[:, span], shape_of(features[name]))
+        for name, span in spans(features).items()
+        if np.isfinite(stats[:, span]).all()
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -18,60 +18,47 @@ from frobs_data.layout import Feature
 _DAMAGE = (pa.ArrowException, OSError, ValueError, KeyError, TypeError, MemoryError)
 
 
-def open_table(path: Path, limit: str, rows: int, text: str = "") -> pq.ParquetFile:
-    """Open a Parquet file.
+def read_table(
+    path: Path,
+    limit: str,
+    rows: int,
+    columns: Iterable[str] | Callable[[list[str]], Iterable[str]],
+    bounds: tuple[str, int, int] | None = None,
+) -> pa.Table:
+    """Read columns of a Parquet file. Texts are read as dictionaries, see :func:`text_lists`.
 
     Args:
         path: The file.
         limit: Key of :data:`~frobs_data.budgets.BUDGET` with the size limit.
         rows: Maximum number of rows.
-        text: Column of texts for :func:`text_lists`.
-
-    Raises:
-        DataError: The file is missing or damaged, or exceeds a limit.
-    """
-    try:
-        check_regular(path, BUDGET[limit])
-        file = pq.ParquetFile(path)
-        leaves = [file.schema.column(index).path for index in range(len(file.schema))]
-        if texts := [leaf for leaf in leaves if leaf.partition(".")[0] == text]:
-            file = pq.ParquetFile(path, read_dictionary=texts)
-        meta = file.metadata
-        groups = [meta.row_group(index) for index in range(meta.num_row_groups)]
-        columns = [group.column(index) for group in groups for index in range(group.num_columns)]
-        size = max(sum(group.total_byte_size for group in groups), sum(column.num_values for column in columns))
-        if size > BUDGET[limit]:
-            raise DataError(path, f"the table has {size:,} bytes; the limit is {BUDGET[limit]:,}.")
-        if not 0 <= meta.num_rows <= rows or sum(group.num_rows for group in groups) != meta.num_rows:
-            raise DataError(path, f"the table has {meta.num_rows:,} rows; meta/info.json allows {rows:,}.")
-    except _DAMAGE as error:
-        raise damaged(path, error) from error
-    return file
-
-
-def read_table(
-    file: pq.ParquetFile, path: Path, columns: Sequence[str], bounds: tuple[str, int, int] | None = None
-) -> pa.Table:
-    """Read columns of an open file.
-
-    Args:
-        file: The file.
-        path: Its path.
-        columns: Names of the columns.
+        columns: Names of the columns, or a function that chooses them.
         bounds: Name of a column, and the smallest and largest value of interest. Row groups without such values are
             skipped.
 
     Raises:
-        DataError: A column is missing, or the file is damaged.
+        DataError: The file is missing or damaged, exceeds a limit, or lacks a column.
     """
-    missing = [name for name in columns if name not in file.schema_arrow.names]
-    if missing:
-        raise DataError(path, f"the table has no column {', '.join(map(repr, missing))}.")
     try:
-        groups = [
-            i for i in range(file.num_row_groups) if bounds is None or _overlaps(file.metadata.row_group(i), bounds)
-        ]
-        return file.read_row_groups(groups, columns=list(columns), use_threads=False)
+        check_regular(path, BUDGET[limit])
+        file = pq.ParquetFile(path)
+        leaves = [file.schema.column(index) for index in range(len(file.schema))]
+        if texts := [leaf.path for leaf in leaves if leaf.physical_type == "BYTE_ARRAY"]:
+            file = pq.ParquetFile(path, read_dictionary=texts)
+        groups = [file.metadata.row_group(index) for index in range(file.num_row_groups)]
+        values = sum(group.column(index).num_values for group in groups for index in range(group.num_columns))
+        size, count = max(values, sum(group.total_byte_size for group in groups)), file.metadata.num_rows
+        if size > BUDGET[limit]:
+            raise DataError(path, f"the table has {size:,} bytes; the limit is {BUDGET[limit]:,}.")
+        if not 0 <= count <= rows or sum(group.num_rows for group in groups) != count:
+            raise DataError(path, f"the table has {count:,} rows; the limit is {rows:,}.")
+        names = file.schema_arrow.names
+        if len(set(names)) != len(names):
+            raise ValueError("several columns have the same name")
+        chosen = list(columns(names) if callable(columns) else columns)
+        if missing := sorted(set(chosen).difference(names)):
+            raise DataError(path, f"the table has no column {', '.join(map(repr, missing))}.")
+        wanted = [index for index, group in enumerate(groups) if bounds is None or _overlaps(group, bounds)]
+        return file.read_row_groups(wanted, columns=chosen, use_threads=False)
     except _DAMAGE as error:
         raise damaged(path, error) from error
 
@@ -97,11 +84,12 @@ def column_array(column: pa.ChunkedArray, feature: Feature, path: Path, name: st
             if array.null_count:
                 raise ValueError("it contains empty values")
             array = array.flatten()
-        if array.null_count or not _is_number(array.type):
+        kind = array.type
+        number = pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind)
+        if array.null_count or not number:
             raise ValueError("it contains empty values or no numbers")
-        shape = () if feature.shape == (1,) else feature.shape
         values: np.ndarray[Any, Any] = array.to_numpy(zero_copy_only=False)
-        return values.astype(feature.dtype, copy=False).reshape(rows, *shape)
+        return values.astype(feature.dtype, copy=False).reshape(rows, *feature.row_shape)
     except (*_DAMAGE, AttributeError) as error:
         expected = f"{feature.dtype} values of shape {feature.shape}"
         raise DataError(path, f"the column '{name}' must contain {expected}: {_line(error)}.") from error
@@ -117,25 +105,19 @@ def text_lists(column: pa.ChunkedArray, path: Path) -> list[tuple[str, ...]]:
     """
     array = column.combine_chunks()
     lengths = np.ones(len(array), np.int64)
-    if is_list := pa.types.is_list(array.type):
+    if pa.types.is_list(array.type):
         lengths = array.value_lengths().fill_null(-1).to_numpy(zero_copy_only=False)
         array = array.flatten()
-    if not pa.types.is_dictionary(array.type) or array.null_count or (is_list and np.any(lengths < 0)):
+    texts = array.dictionary.to_pylist() if pa.types.is_dictionary(array.type) and not array.null_count else [None]
+    if not all(type(text) is str for text in texts) or np.any(lengths < 0):
         raise DataError(path, "the tasks must be sentences.")
-    texts, indices = array.dictionary.to_pylist(), array.indices.to_numpy(zero_copy_only=False)
-    if not all(type(text) is str for text in texts):
-        raise DataError(path, "the tasks must be sentences.")
-    parts = np.split(indices, np.cumsum(lengths)[:-1])
+    parts = np.split(array.indices.to_numpy(zero_copy_only=False), np.cumsum(lengths)[:-1])
     return [tuple(texts[index] for index in part) for part in parts] if len(column) else []
 
 
 def damaged(path: Path, error: BaseException) -> DataError:
     """Return the error for a file that cannot be read."""
     return DataError(path, f"the file is missing or damaged: {_line(error)}; download or record it again.")
-
-
-def _is_number(kind: pa.DataType) -> bool:
-    return bool(pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind))
 
 
 def _line(error: BaseException) -> str:

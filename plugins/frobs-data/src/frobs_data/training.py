@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -99,11 +100,9 @@ def training_arrays(
         "episode_start": episode_start,
     }
     for name, feature in _PER_FRAME.items():
-        dtype = np.float32 if name == "reward" else np.bool_
-        values = (
-            np.zeros(len(dataset)) if feature not in dataset.features else _Source(name, feature).read(dataset, name, 1)
-        )
-        found[name] = values.reshape(-1).astype(dtype)
+        known = feature in dataset.features
+        values = _Source(name, feature).read(dataset, name, 1) if known else np.zeros(len(dataset))
+        found[name] = values.reshape(-1).astype(np.float32 if name == "reward" else np.bool_)
     return found
 
 
@@ -130,9 +129,7 @@ def _observation(dataset: Dataset, observations: Any, mapping: Mapping[str, Any]
     spaces: dict[str, Any] = space.spaces if isinstance(space, gym.spaces.Dict) else {"observation": space}
     arrays = {key: np.empty((len(dataset), *part.shape), part.dtype) for key, part in spaces.items()}
     if sum(array.nbytes for array in arrays.values()) > (limit := BUDGET["bytes of decoded pictures in memory"]):
-        raise DataError(
-            dataset.folder, f"the observations need more than {limit:,} bytes of memory; split the data set."
-        )
+        raise DataError(dataset.folder, f"the observations need more than {limit:,} bytes; split the data set.")
     for name, source in sources.items():
         assert source is not None
         key, columns = observations.columns[name]
@@ -160,14 +157,9 @@ def _find(dataset: Dataset, name: str, term: ObservationTerm, mapping: Mapping[s
 def _read_pictures(dataset: Dataset, name: str, key: Any, out: np.ndarray[Any, Any]) -> None:
     feature = dataset.features.get(key)
     if feature is None or not feature.is_video or feature.shape != out.shape[1:]:
-        reason = (
-            f"'{key}' is not a camera" if feature is None or not feature.is_video else f"'{key}' is {feature.shape}"
-        )
-        raise DataError(
-            dataset.folder, f"the observation term '{name}' needs pictures of shape {out.shape[1:]}, but {reason}."
-        )
-    frame = 0
-    for episode in dataset.episodes:
-        for picture in dataset.iter_pictures(episode.index, key):
-            out[frame] = picture
-            frame += 1
+        shape = "not a camera" if feature is None or not feature.is_video else str(feature.shape)
+        reason = f"the observation term '{name}' needs pictures of shape {out.shape[1:]}, but '{key}' is {shape}"
+        raise DataError(dataset.folder, f"{reason}.")
+    pictures = chain.from_iterable(dataset.iter_pictures(episode.index, key) for episode in dataset.episodes)
+    for row, picture in zip(out, pictures, strict=True):
+        row[:] = picture

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from frobs_core.util.errors import ParameterValueError
 from frobs_data.errors import DataError
 from frobs_data.layout import Feature, VideoPart
+from frobs_data.stats import PictureStats
 
 os.environ.setdefault("SVT_LOG", "1")  # SVT-AV1 prints its settings otherwise
 
@@ -23,40 +25,70 @@ CODECS = {"libsvtav1": "av1", "libx264": "h264"}
 """Name in ``info.json`` of each supported encoder's codec."""
 
 
-class Encoder:
-    """Writes the pictures of one episode to an MP4 file.
+class Clip:
+    """Pictures of one camera during one episode. They are encoded in the background while they are added.
+
+    Use :meth:`DatasetWriter.clip` to make one, and give it to :meth:`DatasetWriter.add` as the column of the camera.
 
     Args:
-        path: The file.
+        submit: Runs a function in the thread of the writer, which calls :meth:`finish` there.
+        path: MP4 file to write.
         fps: Pictures per second [1/s].
         shape: (height, width, 3) of the pictures. Height and width must be even.
         codec: Name of the encoder, a key of :data:`CODECS`.
+
+    Attributes:
+        length: Number of pictures.
+        stats: Their statistics, when they have been encoded.
     """
 
-    def __init__(self, path: Path, fps: int, shape: tuple[int, ...], codec: str) -> None:
-        self.length = 0
-        self._time_base = Fraction(1, fps)
-        self._box = av.open(str(path), "w")
-        stream: Any = self._box.add_stream(codec, rate=fps, options={"g": "2", **_OPTIONS[codec]})
-        stream.height, stream.width = shape[:2]
-        stream.pix_fmt, stream.time_base = "yuv420p", self._time_base
-        self._stream = stream
+    def __init__(
+        self, submit: Callable[[Callable[[], object]], None], path: Path, fps: int, shape: tuple[int, ...], codec: str
+    ) -> None:
+        self.path, self.length, self.stats = path, 0, PictureStats()
+        self._submit, self._fps, self._shape, self._codec = submit, fps, shape, codec
+        self._box: Any = None
 
-    def add(self, picture: np.ndarray[Any, Any]) -> None:
-        """Encode a picture, (height, width, 3) uint8."""
-        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
-        frame.pts, frame.time_base = self.length, self._time_base  # the muxer changes the time base of the stream
-        self._box.mux(self._stream.encode(frame))
+    def append(self, picture: np.ndarray[Any, Any]) -> None:
+        """Add a picture, (height, width, 3) uint8. The array may be changed afterwards.
+
+        Raises:
+            ParameterValueError: The picture has the wrong shape or data type.
+            DataError: Writing failed earlier.
+        """
+        if np.shape(picture) != self._shape or picture.dtype != np.uint8:
+            raise ParameterValueError("picture", np.shape(picture), f"a picture of shape {self._shape}, uint8")
+        copied, number = np.array(picture), self.length
         self.length += 1
+        self._submit(lambda: self._encode(copied, number))
 
-    def close(self) -> None:
-        """Write the remaining packets and the index of the file."""
+    def discard(self) -> None:
+        """Delete the pictures, because the episode is not recorded."""
+        self._submit(self._delete)
+
+    def finish(self) -> None:
+        """Complete the video."""
         self._box.mux(self._stream.encode())
         self._box.close()
 
-    def abort(self) -> None:
-        """Release the encoder without completing the file."""
-        self._box.close()
+    def _encode(self, picture: np.ndarray[Any, Any], number: int) -> None:
+        time_base = Fraction(1, self._fps)
+        if self._box is None:
+            self._box = av.open(str(self.path), "w")
+            self._stream = self._box.add_stream(
+                self._codec, rate=self._fps, options={"g": "2", **_OPTIONS[self._codec]}
+            )
+            self._stream.height, self._stream.width = self._shape[:2]
+            self._stream.pix_fmt, self._stream.time_base = "yuv420p", time_base
+        frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
+        frame.pts, frame.time_base = number, time_base  # the muxer changes the time base of the stream
+        self._box.mux(self._stream.encode(frame))
+        self.stats.add(picture)
+
+    def _delete(self) -> None:
+        if self._box is not None:
+            self._box.close()
+        self.path.unlink(missing_ok=True)
 
 
 def open_video(path: Path) -> Any:
@@ -94,9 +126,8 @@ def decode(path: Path, part: VideoPart, length: int, fps: int, feature: Feature)
         with open_video(path) as box:
             stream = box.streams.video[0]
             if (stream.height, stream.width) != (height, width):
-                raise DataError(
-                    path, f"the pictures are {stream.height} × {stream.width} pixels, not {height} × {width}."
-                )
+                found = f"{stream.height} × {stream.width} pixels"
+                raise DataError(path, f"the pictures are {found}, not {height} × {width}.")
             stream.codec_context.options = {"max_pixels": str((height + 256) * (width + 256))}
             box.seek(int(part.start / stream.time_base), stream=stream)
             for frame in box.decode(stream):
@@ -111,9 +142,8 @@ def decode(path: Path, part: VideoPart, length: int, fps: int, feature: Feature)
                     return
     except (av.error.FFmpegError, ValueError, OverflowError, MemoryError) as error:
         raise DataError(path, f"the video is damaged after picture {count}: {_reason(error)}.") from error
-    raise DataError(
-        path, f"the video contains {count} of {length} pictures of an episode that begins at {part.start} s."
-    )
+    found = f"{count} of {length} pictures"
+    raise DataError(path, f"the video contains {found} of an episode that begins at {part.start} s.")
 
 
 class Packets:
@@ -141,16 +171,13 @@ class Packets:
             base = stream.time_base
             first, last = ((time - 0.5 / fps) / float(base) for time in (part.start, part.end))
             self._box.seek(int(part.start / base), stream=stream)
-            packets = [
-                packet for packet in self._box.demux(stream) if packet.pts is not None and packet.dts is not None
-            ]
+            packets = [each for each in self._box.demux(stream) if each.pts is not None and each.dts is not None]
             self.packets = [packet for packet in packets if first <= packet.pts < last]
         except (av.error.FFmpegError, ValueError, OverflowError) as error:
             raise DataError(path, f"the video cannot be copied: {_reason(error)}.") from error
         if not self.packets or not self.packets[0].is_keyframe:
-            raise DataError(
-                path, f"the episode at {part.start} s does not begin with a key frame, so it cannot be cut out."
-            )
+            reason = "does not begin with a key frame, so it cannot be cut out"
+            raise DataError(path, f"the episode at {part.start} s {reason}.")
         self.path, self.start = path, round(part.start / base)
         self.size = sum(packet.size for packet in self.packets)
 

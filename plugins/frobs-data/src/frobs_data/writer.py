@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from queue import Queue
+from queue import Empty, Queue
 from threading import Thread
 from types import TracebackType
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
 
+from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ParameterValueError, check_keys, check_name
 from frobs_core.util.files import write_json
 from frobs_data.dataset import Dataset
@@ -19,25 +20,21 @@ from frobs_data.errors import DataError
 from frobs_data.joining import (
     PARTIAL,
     Joiner,
-    episode_table,
     install,
-    place_row,
     remove_leftovers,
-    row_stats,
-    stats_row,
-    video_row,
+    write_episodes,
     write_start_state,
     write_summary,
-    write_tables,
+    write_table,
 )
 from frobs_data.layout import (
     DATA_PATH,
-    EPISODES_PATH,
     FILES_PER_CHUNK,
     INDEX,
     RECORDING_CHUNK,
     SETTINGS_PATH,
     VIDEO_PATH,
+    Episode,
     Feature,
     Info,
     Place,
@@ -46,72 +43,25 @@ from frobs_data.layout import (
     fill,
     is_inside,
 )
-from frobs_data.stats import PictureStats, Stats, merge_stats, vector_stats
-from frobs_data.video import CODECS, Encoder
+from frobs_data.stats import NAMES, merge_stats, spans, vector_stats
+from frobs_data.video import CODECS, Clip
 
 _WAITING = 128
 """Maximum number of pictures and episodes that wait to be written. After that, callers wait."""
 
-_BATCH = 64
-"""Maximum number of episodes that share files while recording, because more of them were waiting to be written."""
+_PATIENCE = 0.5
+"""Episodes that end within this time [s] share a file while recording, because each file costs time."""
 
 _TYPES = ("float32", "float64", "int64", "int32", "uint8", "bool", "video")
 
-
-class Clip:
-    """Pictures of one camera during one episode. They are encoded in the background while they are added.
-
-    Use :meth:`DatasetWriter.clip` to make one, and give it to :meth:`DatasetWriter.add` as the column of the camera.
-    """
-
-    def __init__(self, writer: DatasetWriter, key: str, path: Path, codec: str) -> None:
-        self._writer, self.key, self.path, self._codec = writer, key, path, codec
-        self._shape = writer.info.features[key].shape
-        self._encoder: Encoder | None = None
-        self.stats = PictureStats()
-        self.length = 0
-
-    def append(self, picture: np.ndarray[Any, Any]) -> None:
-        """Add a picture, (height, width, 3) uint8. The array may be changed afterwards.
-
-        Raises:
-            ParameterValueError: The picture has the wrong shape or data type.
-            DataError: Writing failed earlier.
-        """
-        if np.shape(picture) != self._shape or picture.dtype != np.uint8:
-            raise ParameterValueError(self.key, np.shape(picture), f"a picture of shape {self._shape}, uint8")
-        copied = np.array(picture)
-        self.length += 1
-        self._writer.submit(lambda: self._encode(copied))
-
-    def discard(self) -> None:
-        """Delete the pictures, because the episode is not recorded."""
-        self._writer.submit(self._abort)
-
-    def finish(self) -> None:
-        """Complete the video. Only the writer's thread calls this method."""
-        if self._encoder:
-            self._encoder.close()
-            self._encoder = None
-
-    def _encode(self, picture: np.ndarray[Any, Any]) -> None:
-        if self._encoder is None:
-            self._encoder = Encoder(self.path, self._writer.info.fps, self._shape, self._codec)
-        self._encoder.add(picture)
-        self.stats.add(picture)
-
-    def _abort(self) -> None:
-        if self._encoder:
-            self._encoder.abort()
-            self._encoder = None
-        self.path.unlink(missing_ok=True)
+_Columns = dict[str, np.ndarray[Any, Any]]
 
 
 class DatasetWriter:
     """Writes a data set. After each episode, the folder is a complete data set of all whole episodes.
 
-    One thread in the background writes the files. While recording, each episode has files of its own; :meth:`close`
-    joins them. If the process is killed, the folder contains all episodes that were written, and ``append=True``
+    One thread in the background writes the files, half a second after an episode at the latest if it keeps up. While
+    recording, there are many small files; :meth:`close` joins them. If the process is killed, the folder contains all episodes that were written, and ``append=True``
     continues it.
 
     Args:
@@ -154,9 +104,10 @@ class DatasetWriter:
         codecs = {name: CODECS[codec] for name, feature in features.items() if feature.is_video}
         self.info = Info(fps, robot_type, {**features, **INDEX}, codecs=codecs, sizes=(data_mb, video_mb))
         self._tasks: list[str] = []
-        self._stats: dict[str, Stats] = {}
+        self._stats: Floats | None = None
         self._clips = 0
-        self._batch: list[tuple[dict[str, Any], pa.Table, dict[str, Stats]]] = []
+        self._batch: list[tuple[Episode, _Columns, list[Floats]]] = []
+        self._due = 0.0
         self._error: Exception | None = None
         self._queue: Queue[Callable[[], object] | None] = Queue(_WAITING)
         try:
@@ -174,11 +125,12 @@ class DatasetWriter:
         """
         check_name("camera", key, self.info.cameras)
         self._clips += 1
-        return Clip(self, key, self.folder / PARTIAL / f"clip-{self._clips}.mp4", self._codec)
+        path = self.folder / PARTIAL / f"clip-{self._clips}.mp4"
+        return Clip(self._submit, path, self.info.fps, self.info.features[key].shape, self._codec)
 
     def add(
         self,
-        columns: Mapping[str, np.ndarray[Any, Any] | Iterable[np.ndarray[Any, Any]] | Clip],
+        columns: Mapping[str, Any],
         task: str,
         start_state: Mapping[str, np.ndarray[Any, Any]] | None = None,
     ) -> None:
@@ -198,17 +150,24 @@ class DatasetWriter:
         own = [name for name in self.info.features if name not in INDEX]
         check_keys("the data set", columns, own)
         check_keys("the episode", own, columns)
-        vectors = [name for name in own if name not in self.info.cameras]
-        clips = {name: self._as_clip(name, columns[name]) for name in self.info.cameras}
-        length = len(columns[vectors[0]]) if vectors else clips[self.info.cameras[0]].length  # type: ignore[arg-type]
-        values = {name: _checked(name, self.info.features[name], columns[name], length) for name in vectors}
-        for name, clip in clips.items():
-            if clip.length != length or not length:
-                raise ParameterValueError(name, clip.length, f"a sequence of {length} pictures, at least 1")
+        length = next((len(columns[name]) for name in own if name not in self.info.cameras), -1)
+        clips: dict[str, Clip] = {}
+        for key in self.info.cameras:
+            clip = clips[key] = columns[key] if isinstance(columns[key], Clip) else self.clip(key)
+            for picture in () if clip is columns[key] else columns[key]:
+                clip.append(picture)
+            length = clip.length if length < 0 else length
+            if clip.length != length:
+                raise ParameterValueError(key, clip.length, f"a sequence of {length} pictures")
+        if length < 1:
+            raise ParameterValueError("columns", length, "an episode of at least one frame")
+        values = {
+            name: _checked(name, self.info.features[name], columns[name], length) for name in own if name not in clips
+        }
         state = {name: np.array(value) for name, value in (start_state or {}).items()}
         if any(value.dtype.hasobject for value in state.values()):
             raise ParameterValueError("start_state", sorted(state), "a mapping to arrays of numbers or strings")
-        self.submit(lambda: self._write(values, clips, task, length, None if start_state is None else state))
+        self._submit(lambda: self._write(values, clips, task, length, state))
 
     def close(self) -> None:
         """Wait until all episodes are written, and join their files. Further calls have no effect.
@@ -220,7 +179,7 @@ class DatasetWriter:
             self._queue.put(self._join)
             self._queue.put(None)
             self._thread.join()
-            self._raise_error()
+            self._check()
 
     def __enter__(self) -> DatasetWriter:
         """Return the writer."""
@@ -230,28 +189,28 @@ class DatasetWriter:
         """Close the writer. Whole episodes are kept even if the block raised an exception."""
         self.close()
 
-    def submit(self, job: Callable[[], object]) -> None:
-        """Run a function in the background thread.
-
-        Raises:
-            DataError: An earlier function failed.
-        """
-        self._raise_error()
+    def _submit(self, job: Callable[[], object]) -> None:
+        """Run a function in the background thread, unless an earlier one failed."""
+        self._check()
         self._queue.put(job)
 
+    def _check(self) -> None:
+        if self._error:
+            raise self._failure(self._error) from self._error
+
     def _work(self) -> None:
-        while (job := self._queue.get()) is not None:
+        job: Callable[[], object] | None = self._flush
+        while job is not None:
             if self._error is None:
                 try:
                     job()
-                    if self._batch and (self._queue.empty() or len(self._batch) == _BATCH or self.info.cameras):
-                        self._flush()
                 except Exception as error:
                     self._error = error
-
-    def _raise_error(self) -> None:
-        if self._error:
-            raise self._failure(self._error) from self._error
+            try:
+                wait = max(0.0, self._due - time.monotonic()) if self._batch and self._error is None else None
+                job = self._queue.get(timeout=wait)
+            except Empty:
+                job = self._flush
 
     def _failure(self, error: Exception) -> DataError:
         reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
@@ -282,77 +241,68 @@ class DatasetWriter:
         self.info.episodes, self.info.frames = present.info.episodes, present.info.frames
         self.info.codecs |= present.info.codecs
         self._tasks = list(present.tasks)
-        self._add_stats([row_stats(row, self.info.features) for row in present.rows(range(len(present.episodes)))])
+        if present.episodes:
+            self._stats = merge_stats(present.stats(present.episodes, self.info.features))
 
-    def _as_clip(self, key: str, pictures: Any) -> Clip:
-        if isinstance(pictures, Clip):
-            return pictures
-        clip = self.clip(key)
-        for picture in pictures:
-            clip.append(picture)
-        return clip
-
-    def _write(
-        self,
-        values: dict[str, np.ndarray[Any, Any]],
-        clips: Mapping[str, Clip],
-        task: str,
-        length: int,
-        start_state: Mapping[str, np.ndarray[Any, Any]] | None,
-    ) -> None:
-        """Write the video and the start state of an episode, and prepare the rest for :meth:`_flush`."""
-        index, frames = self.info.episodes + len(self._batch), np.arange(length)
-        first = self._batch[-1][0]["dataset_to_index"] if self._batch else self.info.frames
-        place = _place(self.info.episodes)
+    def _write(self, values: _Columns, clips: Mapping[str, Clip], task: str, length: int, state: _Columns) -> None:
+        """Write the video and the start state of an episode. The rest waits for :meth:`_flush`."""
+        index, listed = self.info.episodes + len(self._batch), _place(self.info.episodes)
+        if not self._batch:
+            self._due = time.monotonic() + _PATIENCE
         if task not in self._tasks:
             self._tasks.append(task)
-        values["timestamp"] = (frames / self.info.fps).astype(np.float32)
-        values["frame_index"], values["index"] = frames, frames + first
-        values["episode_index"] = np.full(length, index)
-        values["task_index"] = np.full(length, self._tasks.index(task))
-        stats = vector_stats(values)
-        row: dict[str, Any] = {"episode_index": index, "tasks": [task], "length": length}
-        row |= {**place_row("data", place), **place_row("meta/episodes", place)}
-        row |= {"dataset_from_index": first, "dataset_to_index": first + length}
+        videos = {key: VideoPart(_place(index), 0.0, length / self.info.fps) for key in clips}
         for key, clip in clips.items():
             clip.finish()
-            install(self.folder, clip.path, fill(VIDEO_PATH, place, key))
-            row |= video_row(key, VideoPart(place, 0.0, length / self.info.fps))
-            stats[key] = clip.stats.result()
-        if start_state is not None:
-            write_start_state(self.folder, index, start_state)
-        self._batch.append((row | stats_row(stats), data_table(self.info.features, values), stats))
+            install(self.folder, clip.path, fill(VIDEO_PATH, videos[key].place, key))
+        if state:
+            write_start_state(self.folder, index, state)
+        episode = Episode(index, length, (task,), listed, videos, listed)
+        self._batch.append((episode, values, [clip.stats.result() for clip in clips.values()]))
+        if time.monotonic() >= self._due:
+            self._flush()
 
     def _flush(self) -> None:
         """Write the waiting episodes. They are part of the data set as soon as ``info.json`` counts them."""
-        place = _place(self.info.episodes)
-        rows, tables, stats = zip(*self._batch, strict=True)
-        write_tables(self.folder, tables, fill(DATA_PATH, place))
-        write_tables(self.folder, [episode_table(rows)], fill(EPISODES_PATH, place))
-        self._add_stats(stats)
-        self.info.episodes, self.info.frames = self.info.episodes + len(rows), rows[-1]["dataset_to_index"]
+        if not self._batch:
+            return
+        episodes, values, pictures = zip(*self._batch, strict=True)
+        lengths, first = [episode.length for episode in episodes], self.info.frames
+        frames = np.concatenate([np.arange(length) for length in lengths])
+        columns = {name: np.concatenate([each[name] for each in values]) for name in values[0]}
+        columns["timestamp"] = (frames / self.info.fps).astype(np.float32)
+        columns["frame_index"], columns["index"] = frames, np.arange(first, first + sum(lengths))
+        columns["episode_index"] = np.repeat([episode.index for episode in episodes], lengths)
+        columns["task_index"] = np.repeat([self._tasks.index(episode.tasks[0]) for episode in episodes], lengths)
+        write_table(self.folder, data_table(self.info.features, columns), fill(DATA_PATH, episodes[0].place))
+        stats = self._make_stats(columns, lengths, pictures)
+        write_episodes(self.folder, self.info, episodes, first, stats)
+        self._stats = merge_stats(stats if self._stats is None else np.concatenate([self._stats[None], stats]))
         self._batch.clear()
+        self.info.episodes, self.info.frames = self.info.episodes + len(episodes), first + sum(lengths)
         write_summary(self.folder, self.info, self._tasks, self._stats)
 
-    def _add_stats(self, parts: Sequence[Mapping[str, Stats]]) -> None:
-        for name in self.info.features:
-            found = [stats[name] for stats in (self._stats, *parts) if name in stats]
-            if found:
-                self._stats[name] = merge_stats(found)
+    def _make_stats(self, columns: _Columns, lengths: Sequence[int], pictures: Sequence[Sequence[Floats]]) -> Floats:
+        """Return the statistics of episodes, (n, 10, k)."""
+        vectors = [name for name in self.info.features if name not in self.info.cameras]
+        flat = np.concatenate([columns[name].reshape(sum(lengths), -1) for name in vectors], axis=1, dtype=np.float64)
+        columns_of = spans(self.info.features)
+        order = np.concatenate([np.r_[columns_of[name]] for name in (*vectors, *self.info.cameras)])
+        found = np.empty((len(lengths), len(NAMES), len(order)))
+        for stats, part, seen in zip(found, np.split(flat, np.cumsum(lengths)[:-1]), pictures, strict=True):
+            stats[:, order] = np.concatenate([vector_stats(part), *seen], axis=1)
+        return found
 
     def _join(self) -> None:
-        if self._batch:
-            self._flush()
+        self._flush()
         written = Dataset(self.folder)
-        joiner = Joiner(self.folder, self.info, self._tasks, written.episodes)
-        for episode in written.episodes:
-            if episode.listed[0] >= RECORDING_CHUNK:  # all later ones were recorded as well
-                rest = range(episode.index, len(written.episodes))
-                first = sum(joined.length for joined in written.episodes[: episode.index])
-                joiner.add(written, rest, episode.index, first)
-                break
-        joiner.commit()
-        remove_leftovers(Dataset(self.folder))
+        numbers = [episode.index for episode in written.episodes if episode.listed[0] >= RECORDING_CHUNK]
+        if numbers:  # all later ones were recorded as well
+            joiner = Joiner(self.folder, self.info, self._tasks, written.episodes[: numbers[0]])
+            joiner.add(written, range(numbers[0], len(written.episodes)))
+            joiner.commit()
+            written = Dataset(self.folder)
+        remove_leftovers(written)
 
 
 def _place(index: int) -> Place:
@@ -372,9 +322,8 @@ def _check_feature(name: str, feature: Feature) -> None:
 def _checked(name: str, feature: Feature, value: Any, length: int) -> np.ndarray[Any, Any]:
     """Return a copy of a column with the right data type, (n, …), or (n,) for the shape ``(1,)``."""
     array = np.array(value, feature.dtype)
-    shape = (length, *feature.shape)
-    if array.size != length * feature.size or array.shape[:1] != (length,) or not length:
-        raise ParameterValueError(name, array.shape, f"an array of shape {shape} with at least one frame")
+    if array.shape not in ((length, *feature.shape), (length, *feature.row_shape)):
+        raise ParameterValueError(name, array.shape, f"an array of shape {(length, *feature.shape)}")
     if array.dtype.kind == "f" and not np.isfinite(array).all():
         raise ParameterValueError(name, "an array with numbers that are not finite", "finite in every frame")
-    return array.reshape(length) if feature.shape == (1,) else array.reshape(shape)
+    return array.reshape(length, *feature.row_shape)

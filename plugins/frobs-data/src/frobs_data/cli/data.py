@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from itertools import accumulate
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from frobs_cli.errors import CommandLineError
-from frobs_cli.formats import duration, number, percent
+from frobs_cli.facts import print_facts
+from frobs_cli.formats import percent
 from frobs_cli.options import Json
-from frobs_cli.output import print_json, print_line, print_table, print_title, working
+from frobs_cli.output import print_json, print_line, working
 
 if TYPE_CHECKING:
     from frobs_data import Dataset
@@ -49,30 +51,8 @@ def show(
     from frobs_data.picture import draw
 
     dataset = Dataset(folder)
-    summary = _summarize(dataset)
     drawn = None if picture is None else draw(dataset, picture)
-    if json:
-        print_json({**summary, "picture": drawn})
-        return
-    length = summary["length"]
-    rows = [
-        ["robot", summary["robot_type"] or "–"],
-        ["episodes", f"{summary['episodes']:,}"],
-        ["frames", f"{summary['frames']:,}, {summary['fps']} per second, {duration(summary['seconds'])}"],
-        ["length", f"{length['shortest']:,} to {length['longest']:,} frames, mean {number(length['mean'])}"],
-        ["success", "–" if summary["success_rate"] is None else percent(summary["success_rate"], 1)],
-        ["tasks", "; ".join(summary["tasks"][:5]) or "–"],
-    ]
-    print_title(str(folder))
-    print_table(["", ""], rows, header=False)
-    print_line()
-    features = [
-        [name, item["dtype"], " × ".join(map(str, item["shape"])), _range(item)]
-        for name, item in summary["features"].items()
-    ]
-    print_table(["feature", "type", "shape", "range"], features)
-    if drawn is not None:
-        print_line(str(drawn))
+    print_summary(dataset, json, picture=drawn)
 
 
 def check(folder: Folder, json: Json = False) -> None:
@@ -168,40 +148,41 @@ def _read_part(text: str) -> tuple[str, Any]:
         if "." in value or value == "1":
             return name, float(value)
         ranges = [(first, last or first) for first, _, last in (item.partition("-") for item in value.split(","))]
-        if sum(len(first) + len(last) > 20 for first, last in ranges):
-            raise ValueError
-        bounds = [(int(first), min(int(last), 10**6)) for first, last in ranges]
-        return name, [index for first, last in bounds for index in range(first, last + 1)]
+        return name, [i for first, last in ranges for i in range(int(first), min(int(last), 10**6) + 1)]
     except ValueError:
         raise CommandLineError("--part", f"'{text}' is not NAME=0.9 or NAME=0-9,20.") from None
 
 
-def _summarize(dataset: Dataset) -> dict[str, Any]:
+def print_summary(dataset: Dataset, json: bool, **more: Any) -> None:
+    """Print the size, the success rate and the features of a data set, and further facts."""
     lengths = [episode.length for episode in dataset.episodes] or [0]
-    features: dict[str, Any] = {}
+    features: list[dict[str, Any]] = []
     success = None
     for name, feature in dataset.features.items():
-        features[name] = {"dtype": feature.dtype, "shape": feature.shape, "min": None, "max": None}
+        shape = " × ".join(map(str, feature.shape))
+        features.append({"name": name, "type": feature.dtype, "shape": shape, "min": None, "max": None})
         if feature.is_numeric and dataset.episodes:
             values = dataset.columns([name])[name]
-            features[name] |= {"min": values.min(), "max": values.max()}
+            features[-1] |= {"min": float(values.min()), "max": float(values.max())}
             if name == "next.success":
-                last = [sum(lengths[: index + 1]) - 1 for index in range(len(lengths))]
-                success = float(values.reshape(len(values), -1)[last, 0].mean())
-    return {
-        "folder": str(dataset.folder),
+                success = float(values.reshape(len(values), -1)[[end - 1 for end in accumulate(lengths)], 0].mean())
+    facts = {
+        "name": str(dataset.folder),
+        "kind": "data set",
         "robot_type": dataset.robot_type,
         "episodes": len(dataset.episodes),
         "frames": len(dataset),
         "fps": dataset.fps,
-        "seconds": len(dataset) / dataset.fps,
         "length": {"shortest": min(lengths), "longest": max(lengths), "mean": sum(lengths) / len(lengths)},
+        "hours": len(dataset) / dataset.fps / 3600,
         "success_rate": success,
         "tasks": list(dataset.tasks),
-        "settings": dataset.settings,
         "features": features,
+        **more,
     }
-
-
-def _range(item: dict[str, Any]) -> str:
-    return "" if item["min"] is None else f"{number(float(item['min']))} to {number(float(item['max']))}"
+    if json:
+        print_json({**facts, "settings": dataset.settings})
+    else:
+        print_facts(
+            {**facts, "success_rate": None if success is None else percent(success), "tasks": facts["tasks"][:5]}
+        )

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from frobs_cli.completion import complete_policy
-from frobs_cli.facts import print_facts
-from frobs_cli.formats import percent
 from frobs_cli.options import EnvId, Json, NumEnvs, Simulator
-from frobs_cli.output import only_json, print_json, working
+from frobs_cli.output import only_json, working
+from frobs_data.cli.data import print_summary
 from frobs_train.cli.opened import ModelSettings, Trust
-
-if TYPE_CHECKING:
-    from frobs_data.dataset import Dataset
 
 
 def record(
@@ -90,16 +86,7 @@ def record(
             trust=trust,
             on_progress=progress,
         )
-    facts = _facts(dataset)
-    if json:
-        print_json(facts)
-    else:
-        shown = {
-            **facts,
-            "success": percent(facts["success"]),
-            "frames": f"{facts['frames']:,} ({dataset.fps} per second)",
-        }
-        print_facts({"name": str(out), "kind": "data set", **shown})
+    print_summary(dataset, json)
 
 
 def _read_cameras(text: str | None) -> Any:
@@ -111,19 +98,3 @@ def _read_cameras(text: str | None) -> Any:
     if text.endswith((".yaml", ".yml")):
         return load_yaml(text)
     return load_yaml_text(text, "--cameras") if ":" in text else [name.strip() for name in text.split(",")]
-
-
-def _facts(dataset: Dataset) -> dict[str, Any]:
-    from frobs_data.recorded_features import DONE, SUCCESS
-
-    columns = dataset.columns([DONE, SUCCESS])
-    return {
-        "folder": str(dataset.folder),
-        "episodes": len(dataset.episodes),
-        "frames": len(dataset),
-        "success": float(columns[SUCCESS][columns[DONE]].mean()),
-        "features": [
-            {"name": name, "dtype": feature.dtype, "shape": list(feature.shape), "elements": ", ".join(feature.names)}
-            for name, feature in dataset.features.items()
-        ],
-    }

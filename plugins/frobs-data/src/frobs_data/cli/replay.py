@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from frobs_cli.formats import number
 from frobs_cli.options import Json
-from frobs_cli.output import only_json, print_json, print_note, print_table, working
+from frobs_cli.output import only_json, print_json, print_line, print_note, print_table, working
 from frobs_train.cli.opened import Trust
-
-if TYPE_CHECKING:
-    from frobs_data.replaying import Drift, Replay
 
 
 def replay(
@@ -57,37 +53,20 @@ def replay(
             on_progress=lambda done: show(f"replaying: {done:,} episodes"),
         )
     if json:
-        print_json([result.to_dict() for result in results])
+        print_json([asdict(result) for result in results])
+    elif results[:1] and results[0].drift is not None:
+        rows = [
+            [str(result.episode), *(f"{1e3 * each.largest:.1f} mm, {1e3 * each.per_second:.2f} mm/s" for each in drift)]
+            for result in results
+            if (drift := (result.drift or {}).values())
+        ]
+        print_table(["episode", *results[0].drift], rows)
+        print_note("position error: the largest, and its increase per second")
     else:
-        _print(results)
+        for result in results:
+            if not result.identical:
+                print_line(f"episode {result.episode} differs by up to {result.difference:.6g}")
+        exact = sum(result.identical for result in results)
+        print_line(f"{exact:,} of {len(results):,} episodes are identical bit for bit")
     if any(result.drift is None and not result.identical for result in results):
         raise typer.Exit(1)
-
-
-def _print(results: list[Replay]) -> None:
-    drifts = [result.drift for result in results if result.drift is not None]
-    header = ["episode", "frames", "success", "recorded", *(drifts[0] if drifts else ["largest difference"])]
-    rows = [
-        [
-            str(result.episode),
-            str(result.frames),
-            _yes(result.success),
-            _yes(result.recorded_success),
-            *(_drift_texts(result.drift) if result.drift is not None else [number(result.difference)]),
-        ]
-        for result in results
-    ]
-    print_table(header, rows)
-    if drifts:
-        print_note("position error: the largest, and its increase per second")
-        return
-    exact = sum(result.identical for result in results)
-    print_note(f"{exact:,} of {len(results):,} episodes are identical bit for bit")
-
-
-def _yes(value: bool) -> str:
-    return "yes" if value else "no"
-
-
-def _drift_texts(drift: Mapping[str, Drift]) -> list[str]:
-    return [f"{1e3 * each.largest:.1f} mm, {1e3 * each.per_second:.2f} mm/s" for each in drift.values()]
