@@ -209,6 +209,7 @@ def test_a_table_with_huge_values_is_not_decompressed(copied: Path, monkeypatch:
         [("task_index", [0, None]), ("task", ["a", "b"])],
         [("task_index", ["x", "y"]), ("task", ["a", "b"])],
         [("task_index", [0, 1])],
+        [("task_index", [0, 1]), ("task", [["a", "b"], ["c"]])],
         [("task_index", [0, 1]), ("task", ["a", "b"]), ("task", ["a", "b"])],
     ],
 )

@@ -184,8 +184,6 @@ class Dataset:
                 expected = f"meta/episodes lists {episode.length:,}"
                 raise DataError(path, f"episode {episode.index} has {end - first:,} rows, but {expected}.")
         arrays = {name: column_array(table[name], self.features[name], path, name) for name in names}
-        if indices == list(range(indices[0], indices[-1] + 1)):  # the usual case needs no copy
-            return {name: values[firsts[0] : ends[-1]] for name, values in arrays.items()}
         rows = np.concatenate([np.arange(first, end) for first, end in zip(firsts, ends, strict=True)])
         return {name: values[rows] for name, values in arrays.items()}
 
@@ -197,9 +195,9 @@ class Dataset:
         text = next((name for name in table.column_names if name != "task_index"), "task_index")
         indices = column_array(table["task_index"], INDEX["task_index"], path, "task_index").tolist()
         tasks = sorted(zip(indices, text_lists(table[text], path), strict=True))
-        if [index for index, _ in tasks] != list(range(len(tasks))):
+        if any(index != number or len(texts) != 1 for number, (index, texts) in enumerate(tasks)):
             raise DataError(path, "the table must contain one sentence for each task index.")
-        return [task for _, (task,) in tasks]
+        return [texts[0] for _, texts in tasks]
 
     def _read_settings(self) -> Mapping[str, Any] | None:
         path = self.folder / SETTINGS_PATH
@@ -225,10 +223,10 @@ class Dataset:
                 episode = self._episode(path, row, sentences, listed)
                 if episode.index < self.info.episodes:
                     found.setdefault(episode.index, episode)
-        missing = next((index for index in range(self.info.episodes) if index not in found), None)
-        if missing is not None:
+        episodes = [found[index] for index in range(self.info.episodes) if index in found]
+        if len(episodes) != self.info.episodes:
+            missing = next(index for index in range(self.info.episodes) if index not in found)
             raise DataError(self.folder / "meta" / "episodes", f"episode {missing} is not listed.")
-        episodes = [found[index] for index in range(self.info.episodes)]
         frames = sum(episode.length for episode in episodes)
         if frames != self.info.frames:
             reason = f"the episodes have {frames:,} frames, but info.json says {self.info.frames:,}"
