@@ -26,6 +26,7 @@ from frobs_data.layout import (
     VideoPart,
     fill,
     read_info,
+    read_whole,
 )
 from frobs_data.stats import NAMES, shape_of, table_stats
 from frobs_data.tables import column_array, damaged, read_table, text_lists
@@ -234,13 +235,11 @@ class Dataset:
         return episodes
 
     def _episode(self, path: Path, row: Mapping[str, Any], tasks: tuple[str, ...], listed: Place) -> Episode:
-        def whole(name: str, most: int, least: int = 0) -> int:
-            if type(row[name]) is not int or not least <= row[name] <= most:
-                rule = f"a whole number from {least} to {most:,}"
-                raise DataError(path, f"'{name}' is {row[name]!r:.40}; it must be {rule}.")
-            return int(row[name])
+        def place(key: str) -> Place:
+            chunk, file = (read_whole(path, row, f"{key}/{part}_index", 0, 10**6) for part in ("chunk", "file"))
+            return chunk, file
 
-        length, files = whole("length", BUDGET["frames"], 1), 10**6
+        length = read_whole(path, row, "length", 1, BUDGET["frames"])
         videos = {}
         for camera in self.info.cameras:
             name = f"videos/{camera}"
@@ -249,10 +248,9 @@ class Dataset:
                 raise DataError(path, f"the times {start!r:.30} and {end!r:.30} of '{name}' are not within a video.")
             if abs((end - start) * self.fps - length) > 1:
                 raise DataError(path, f"'{name}' lasts {end - start:.3f} s, which does not fit {length:,} frames.")
-            place = whole(f"{name}/chunk_index", files), whole(f"{name}/file_index", files)
-            videos[camera] = VideoPart(place, start, end)
-        place = whole("data/chunk_index", files), whole("data/file_index", files)
-        return Episode(whole("episode_index", BUDGET["episodes"]), length, tasks, place, videos, listed)
+            videos[camera] = VideoPart(place(name), start, end)
+        index = read_whole(path, row, "episode_index", 0, BUDGET["episodes"])
+        return Episode(index, length, tasks, place("data"), videos, listed)
 
     def _check_files(self) -> None:
         videos = {(key, part.place) for episode in self.episodes for key, part in episode.videos.items()}
