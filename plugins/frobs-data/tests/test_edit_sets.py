@@ -34,6 +34,14 @@ def test_merging_keeps_all_episodes(recorded: Path, tmp_path: Path) -> None:
     assert_equal(tmp_path / "merged", [0, 1, 2, 1, 0, 1, 2])
 
 
+def test_sets_may_list_their_features_in_another_order(recorded: Path, copied: Path, tmp_path: Path) -> None:
+    path = copied / "meta/info.json"
+    info = json.loads(path.read_text())
+    path.write_text(json.dumps({**info, "features": dict(reversed(info["features"].items()))}))
+    merge([recorded, copied], tmp_path / "merged")
+    assert_equal(tmp_path / "merged", [0, 1, 2, 0, 1, 2])
+
+
 def test_sets_that_differ_are_not_merged(recorded: Path, tmp_path: Path) -> None:
     other = make_set(tmp_path / "other", cameras=1)
     with pytest.raises(DataError, match="other features"):

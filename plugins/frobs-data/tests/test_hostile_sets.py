@@ -68,6 +68,7 @@ INFOS: dict[str, tuple[dict[str, Any], str]] = {
     "large shape": ({"features": {"a": {"dtype": "float32", "shape": [10**9]}}}, "more than 100,000 elements"),
     "large product": ({"features": {"a": {"dtype": "float32", "shape": [2**30, 2**30, 2**30]}}}, "elements"),
     "large picture": ({"features": {"a": {"dtype": "video", "shape": [10**6, 10**6, 3]}}}, "elements"),
+    "details": ({"features": {"a": {"dtype": "video", "shape": [32, 32, 3], "info": 5}}}, "no column 'videos/a/"),
     "gray picture": ({"features": {"a": {"dtype": "video", "shape": [32, 32]}}}, "height, width, 3"),
 }
 
@@ -209,6 +210,7 @@ def test_a_table_with_huge_values_is_not_decompressed(copied: Path, monkeypatch:
         [("task_index", [0, None]), ("task", ["a", "b"])],
         [("task_index", ["x", "y"]), ("task", ["a", "b"])],
         [("task_index", [0, 1])],
+        [("task_index", [0, 1]), ("task", [["a", "b"], ["c"]])],
         [("task_index", [0, 1]), ("task", ["a", "b"]), ("task", ["a", "b"])],
     ],
 )

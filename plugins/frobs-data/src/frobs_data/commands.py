@@ -3,29 +3,17 @@
 from frobs_cli.commands import Command
 
 _SUMMARIES = {
-    "show": "Show the size, the success and the features of a data set.",
-    "check": "Read everything in a data set and report what is wrong.",
-    "merge": "Combine data sets into a new one.",
-    "split": "Divide a data set into several new ones.",
-    "export": "Write a data set in another format.",
+    "record": ("record:record", "Record episodes of a policy as a data set."),
+    "data": ("", "Show, check, edit and replay data sets in the LeRobot format."),
+    "data show": ("data:show", "Show the size, the success and the features of a data set."),
+    "data check": ("data:check", "Read everything in a data set and report what is wrong."),
+    "data merge": ("data:merge", "Combine data sets into a new one."),
+    "data split": ("data:split", "Divide a data set into several new ones."),
+    "data export": ("data:export", "Write a data set in another format."),
+    "data replay": ("replay:replay", "Repeat recorded episodes, on the same or on another simulator."),
 }
 
-COMMANDS = (
-    Command(
-        name="record",
-        summary="Record episodes of a policy as a data set.",
-        function="frobs_data.cli.record:record",
-        heading="Learn",
-    ),
-    Command(name="data", summary="Show, check, edit and replay data sets in the LeRobot format.", heading="Learn"),
-    *(
-        Command(name=f"data {name}", summary=summary, function=f"frobs_data.cli.data:{name}", heading="Learn")
-        for name, summary in _SUMMARIES.items()
-    ),
-    Command(
-        name="data replay",
-        summary="Repeat recorded episodes, on the same or on another simulator.",
-        function="frobs_data.cli.replay:replay",
-        heading="Learn",
-    ),
+COMMANDS = tuple(
+    Command(name=name, summary=summary, function=place and f"frobs_data.cli.{place}", heading="Learn")
+    for name, (place, summary) in _SUMMARIES.items()
 )

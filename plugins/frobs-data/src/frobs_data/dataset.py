@@ -26,6 +26,7 @@ from frobs_data.layout import (
     VideoPart,
     fill,
     read_info,
+    read_whole,
 )
 from frobs_data.stats import NAMES, shape_of, table_stats
 from frobs_data.tables import column_array, damaged, read_table, text_lists
@@ -184,8 +185,6 @@ class Dataset:
                 expected = f"meta/episodes lists {episode.length:,}"
                 raise DataError(path, f"episode {episode.index} has {end - first:,} rows, but {expected}.")
         arrays = {name: column_array(table[name], self.features[name], path, name) for name in names}
-        if indices == list(range(indices[0], indices[-1] + 1)):  # the usual case needs no copy
-            return {name: values[firsts[0] : ends[-1]] for name, values in arrays.items()}
         rows = np.concatenate([np.arange(first, end) for first, end in zip(firsts, ends, strict=True)])
         return {name: values[rows] for name, values in arrays.items()}
 
@@ -197,9 +196,9 @@ class Dataset:
         text = next((name for name in table.column_names if name != "task_index"), "task_index")
         indices = column_array(table["task_index"], INDEX["task_index"], path, "task_index").tolist()
         tasks = sorted(zip(indices, text_lists(table[text], path), strict=True))
-        if [index for index, _ in tasks] != list(range(len(tasks))):
+        if any(index != number or len(texts) != 1 for number, (index, texts) in enumerate(tasks)):
             raise DataError(path, "the table must contain one sentence for each task index.")
-        return [task for _, (task,) in tasks]
+        return [texts[0] for _, texts in tasks]
 
     def _read_settings(self) -> Mapping[str, Any] | None:
         path = self.folder / SETTINGS_PATH
@@ -225,10 +224,10 @@ class Dataset:
                 episode = self._episode(path, row, sentences, listed)
                 if episode.index < self.info.episodes:
                     found.setdefault(episode.index, episode)
-        missing = next((index for index in range(self.info.episodes) if index not in found), None)
-        if missing is not None:
+        episodes = [found[index] for index in range(self.info.episodes) if index in found]
+        if len(episodes) != self.info.episodes:
+            missing = next(index for index in range(self.info.episodes) if index not in found)
             raise DataError(self.folder / "meta" / "episodes", f"episode {missing} is not listed.")
-        episodes = [found[index] for index in range(self.info.episodes)]
         frames = sum(episode.length for episode in episodes)
         if frames != self.info.frames:
             reason = f"the episodes have {frames:,} frames, but info.json says {self.info.frames:,}"
@@ -236,13 +235,11 @@ class Dataset:
         return episodes
 
     def _episode(self, path: Path, row: Mapping[str, Any], tasks: tuple[str, ...], listed: Place) -> Episode:
-        def whole(name: str, most: int, least: int = 0) -> int:
-            if type(row[name]) is not int or not least <= row[name] <= most:
-                rule = f"a whole number from {least} to {most:,}"
-                raise DataError(path, f"'{name}' is {row[name]!r:.40}; it must be {rule}.")
-            return int(row[name])
+        def place(key: str) -> Place:
+            chunk, file = (read_whole(path, row, f"{key}/{part}_index", 0, 10**6) for part in ("chunk", "file"))
+            return chunk, file
 
-        length, files = whole("length", BUDGET["frames"], 1), 10**6
+        length = read_whole(path, row, "length", 1, BUDGET["frames"])
         videos = {}
         for camera in self.info.cameras:
             name = f"videos/{camera}"
@@ -251,10 +248,9 @@ class Dataset:
                 raise DataError(path, f"the times {start!r:.30} and {end!r:.30} of '{name}' are not within a video.")
             if abs((end - start) * self.fps - length) > 1:
                 raise DataError(path, f"'{name}' lasts {end - start:.3f} s, which does not fit {length:,} frames.")
-            place = whole(f"{name}/chunk_index", files), whole(f"{name}/file_index", files)
-            videos[camera] = VideoPart(place, start, end)
-        place = whole("data/chunk_index", files), whole("data/file_index", files)
-        return Episode(whole("episode_index", BUDGET["episodes"]), length, tasks, place, videos, listed)
+            videos[camera] = VideoPart(place(name), start, end)
+        index = read_whole(path, row, "episode_index", 0, BUDGET["episodes"])
+        return Episode(index, length, tasks, place("data"), videos, listed)
 
     def _check_files(self) -> None:
         videos = {(key, part.place) for episode in self.episodes for key, part in episode.videos.items()}

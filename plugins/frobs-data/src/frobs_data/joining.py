@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -144,8 +144,8 @@ class Joiner:
             self._places[camera] = _free_place([episode.videos[camera].place for episode in present])
         self._data_limit, self._video_limit = (size * _MB for size in info.sizes)
         self._files: dict[str, Any] = {}
+        self._asides: dict[str, Path] = {}
         self._data_bytes = 0
-        self._complete: dict[str, Path] = {}
         self.episodes: list[Episode] = []
         self.frames, self.stats = self._first, list[Floats]()
 
@@ -180,7 +180,7 @@ class Joiner:
         if self.episodes:
             for kind in list(self._files):
                 self._close(kind)
-            for relative, aside in self._complete.items():
+            for relative, aside in self._asides.items():
                 install(self._folder, aside, relative)
             write_episodes(self._folder, self._info, self.episodes, self._first, np.concatenate(self.stats))
 
@@ -203,32 +203,29 @@ class Joiner:
 
     def _write_rows(self, table: pa.Table) -> None:
         if len(table):
-            if _DATA not in self._files:
-                self._files[_DATA] = open_parquet(self._aside(_DATA), table.schema)
-            self._files[_DATA].write_table(table)
+            self._file(_DATA, lambda aside: open_parquet(aside, table.schema)).write_table(table)
 
     def _add_video(self, source: Dataset, episode: Episode, camera: str) -> VideoPart:
         part = episode.videos[camera]
         packets = Packets(source.video_path(camera, part.place), part, source.fps)
         muxer = self._files.get(camera)
-        if muxer and (muxer.kind != packets.kind or muxer.size + packets.size > self._video_limit):
+        if muxer and not muxer.fits(packets, self._video_limit):
             self._close(camera)
-        if camera not in self._files:
-            self._files[camera] = Muxer(self._aside(camera), packets, self._info.fps)
-        return VideoPart(self._places[camera], *self._files[camera].add(packets, episode.length))
+        muxer = self._file(camera, lambda aside: Muxer(aside, packets, self._info.fps))
+        return VideoPart(self._places[camera], *muxer.add(packets, episode.length))
+
+    def _file(self, kind: str, make: Callable[[Path], Any]) -> Any:
+        """Return the current data file, or the current video of a camera. Open a new one if there is none."""
+        if kind not in self._files:
+            aside = self._folder / PARTIAL / f"join-{len(self._asides)}{'.mp4' if kind else '.parquet'}"
+            self._files[kind] = make(aside)
+            self._asides[fill(VIDEO_PATH if kind else DATA_PATH, self._places[kind], kind)] = aside
+        return self._files[kind]
 
     def _close(self, kind: str) -> None:
-        """Close the current data file, or the current video of a camera."""
         if file := self._files.pop(kind, None):
             file.close()
-            template = VIDEO_PATH if kind else DATA_PATH
-            self._complete[fill(template, self._places[kind], kind)] = self._aside(kind)
             self._places[kind] = next_place(self._places[kind])
-
-    def _aside(self, kind: str) -> Path:
-        """Return the temporary path of the current data file, or of the current video of a camera."""
-        number, suffix = list(self._places).index(kind), "mp4" if kind else "parquet"
-        return self._folder / PARTIAL / "join-{}-{}-{}.{}".format(number, *self._places[kind], suffix)
 
 
 def _free_place(places: Sequence[Place]) -> Place:

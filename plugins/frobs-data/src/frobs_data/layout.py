@@ -187,19 +187,26 @@ def read_info(folder: Path) -> Info:
         raise DataError(path, f"'features' must be a mapping with 1 to {BUDGET['features']:,} entries.")
     robot_type = found.get("robot_type")
     read = {name: _read_feature(path, name, value) for name, value in features.items()}
+    details = {name: value.get("info") for name, value in features.items() if read[name].is_video}
+    codecs = {name: str(info.get("video.codec", "av1")) for name, info in details.items() if isinstance(info, dict)}
     return Info(
-        fps=_whole(path, found, "fps", 1, BUDGET["frames per second"]),
+        fps=read_whole(path, found, "fps", 1, BUDGET["frames per second"]),
         robot_type=robot_type if isinstance(robot_type, str) else None,
         features={**read, **INDEX},
-        episodes=_whole(path, found, "total_episodes", 0, BUDGET["episodes"]),
-        frames=_whole(path, found, "total_frames", 0, BUDGET["frames"]),
+        episodes=read_whole(path, found, "total_episodes", 0, BUDGET["episodes"]),
+        frames=read_whole(path, found, "total_frames", 0, BUDGET["frames"]),
         data_path=_read_template(path, found, "data_path", DATA_PATH),
         video_path=_read_template(path, found, "video_path", VIDEO_PATH),
-        codecs={name: _read_codec(value) for name, value in features.items() if read[name].is_video},
+        codecs=codecs,
     )
 
 
-def _whole(path: Path, values: Mapping[str, Any], key: str, least: int, most: int) -> int:
+def read_whole(path: Path, values: Mapping[str, Any], key: str, least: int, most: int) -> int:
+    """Return a whole number from a file of a stranger.
+
+    Raises:
+        DataError: The value is something else, or out of range.
+    """
     value: Any = values.get(key)
     if type(value) not in (int, float) or not least <= value <= most or int(value) != value:
         raise DataError(path, f"'{key}' is {value!r:.40}; it must be a whole number from {least:,} to {most:,}.")
@@ -235,11 +242,6 @@ def _read_names(value: Any) -> tuple[str, ...]:
     if isinstance(value, dict):  # LeRobot also writes {"motors": [names]}
         value = [name for names in value.values() if isinstance(names, list) for name in names]
     return tuple(value) if isinstance(value, list) and all(isinstance(name, str) for name in value) else ()
-
-
-def _read_codec(value: Mapping[str, Any]) -> str:
-    details = value.get("info")
-    return str(details.get("video.codec", "av1")) if isinstance(details, dict) else "av1"
 
 
 def is_inside(name: str) -> bool:

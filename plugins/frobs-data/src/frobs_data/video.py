@@ -196,9 +196,13 @@ class Muxer:
     """
 
     def __init__(self, path: Path, like: Packets, fps: int) -> None:
-        self.kind, self.size, self._fps, self._length = like.kind, 0, fps, 0
+        self._kind, self._size, self._fps, self._length = like.kind, 0, fps, 0
         self._box = av.open(str(path), "w")
         self._stream = self._box.add_stream_from_template(like.stream, opaque=True)
+
+    def fits(self, packets: Packets, limit: float) -> bool:
+        """Return whether an episode can be appended without exceeding a size limit [bytes]."""
+        return self._kind == packets.kind and self._size + packets.size <= limit
 
     def add(self, packets: Packets, length: int) -> tuple[float, float]:
         """Append the packets of an episode with ``length`` pictures, and return its first and last time [s]."""
@@ -213,7 +217,7 @@ class Muxer:
         except (ValueError, OverflowError) as error:  # the times of the packets do not increase
             raise DataError(packets.path, f"the video cannot be copied: {_reason(error)}.") from error
         self._length += length
-        self.size += packets.size
+        self._size += packets.size
         packets.close()
         return start, self._length / self._fps
 

@@ -60,9 +60,9 @@ _Columns = dict[str, np.ndarray[Any, Any]]
 class DatasetWriter:
     """Writes a data set. After each episode, the folder is a complete data set of all whole episodes.
 
-    One thread in the background writes the files, half a second after an episode at the latest if it keeps up. While
-    recording, there are many small files; :meth:`close` joins them. If the process is killed, the folder contains all episodes that were written, and ``append=True``
-    continues it.
+    One thread in the background writes the files. Episodes that end within half a second share files, and
+    :meth:`close` joins all files. If the process is killed, the folder contains all episodes that were written, and
+    ``append=True`` continues it.
 
     Args:
         folder: Folder of the data set.
@@ -204,6 +204,8 @@ class DatasetWriter:
             if self._error is None:
                 try:
                     job()
+                    if self._batch and time.monotonic() >= self._due:
+                        self._flush()
                 except Exception as error:
                     self._error = error
             try:
@@ -259,8 +261,6 @@ class DatasetWriter:
             write_start_state(self.folder, index, state)
         episode = Episode(index, length, (task,), listed, videos, listed)
         self._batch.append((episode, values, [clip.stats.result() for clip in clips.values()]))
-        if time.monotonic() >= self._due:
-            self._flush()
 
     def _flush(self) -> None:
         """Write the waiting episodes. They are part of the data set as soon as ``info.json`` counts them."""
