@@ -129,13 +129,9 @@ def check(folder: Path | str) -> list[str]:
     for _, group in groupby(dataset.episodes, key=lambda episode: episode.place):
         try:
             for episodes, columns in dataset.iter_files(names, [episode.index for episode in group]):
-                bounds = np.cumsum([episode.length for episode in episodes])[:-1]
-                parts = {name: np.split(values, bounds) for name, values in columns.items()}
-                for number, episode in enumerate(episodes):
-                    part = {name: values[number] for name, values in parts.items()}
-                    problems += _check_columns(episode, part, firsts[episode.index], dataset)
-                    for name, values in part.items():
-                        add(name, vector_stats(values.reshape(episode.length, -1).astype(np.float64)))
+                problems += _check_columns(episodes, columns, firsts[episodes[0].index], dataset)
+                for name, values in columns.items():
+                    add(name, vector_stats(values.reshape(len(values), -1).astype(np.float64)))
         except DataError as error:
             problems.append(str(error))
     for camera, index in product(dataset.info.cameras, range(len(dataset.episodes))):
@@ -154,19 +150,20 @@ def check(folder: Path | str) -> list[str]:
 
 
 def _check_columns(
-    episode: Episode, columns: Mapping[str, np.ndarray[Any, Any]], first: int, dataset: Dataset
+    episodes: Sequence[Episode], columns: Mapping[str, np.ndarray[Any, Any]], first: int, dataset: Dataset
 ) -> Iterable[str]:
-    frames = np.arange(episode.length)
+    where = f"episodes {episodes[0].index} to {episodes[-1].index}"
+    frames = np.concatenate([np.arange(episode.length) for episode in episodes])
     for name, values in columns.items():
-        if not np.isfinite(values).all():
-            yield f"episode {episode.index}: '{name}' is not finite in {(~np.isfinite(values)).sum()} places"
-    for name, right in (("frame_index", frames), ("index", frames + first)):
+        if count := np.sum(~np.isfinite(values)):
+            yield f"{where}: '{name}' is not finite in {count} places"
+    for name, right in (("frame_index", frames), ("index", np.arange(first, first + len(frames)))):
         if not np.array_equal(columns[name], right):
-            yield f"episode {episode.index}: '{name}' does not count the frames"
+            yield f"{where}: '{name}' does not count the frames"
     if not np.allclose(columns["timestamp"], frames / dataset.fps, atol=1e-3):
-        yield f"episode {episode.index}: 'timestamp' does not fit {dataset.fps} frames per second"
+        yield f"{where}: 'timestamp' does not fit {dataset.fps} frames per second"
     if not np.isin(columns["task_index"], range(len(dataset.tasks))).all():
-        yield f"episode {episode.index}: 'task_index' has no sentence in meta/tasks.parquet"
+        yield f"{where}: 'task_index' has no sentence in meta/tasks.parquet"
 
 
 def _compare(name: str, stats: Mapping[str, Floats], expected: Any, is_video: bool) -> Iterable[str]:
