@@ -113,11 +113,11 @@ def figure() -> str:
 
 
 def _boxes(imports: dict[str, set[str]]) -> list[Box]:
-    """Return the boxes: the plugins of a kind share one if they import only the core and the readers of models."""
+    """Return the boxes: the plugins of a kind share one if they import only what all of a kind share."""
     groups = defaultdict(list)
     for name, lower in imports.items():
         kind = next((kind for start, kind in _KINDS.items() if name.startswith(start)), "")
-        title = kind if lower <= {"frobs-core", "frobs-models"} else f"more {kind}"
+        title = kind if lower <= {"frobs-core", "frobs-models", "frobs-algos"} else f"more {kind}"
         groups[title if kind else name].append(name)
     free = max(_COLUMNS.values()) + 1
     boxes = []
