@@ -97,12 +97,12 @@ def record(
 
     Args:
         environment: Gymnasium ID of a FRobs environment.
-        policy: Name or path of the policy, see :func:`frobs_core.load_policy`.
+        policy: Name or path of the policy, see :func:`~frobs_core.kernel.policies.load_policy`.
         episodes: Number of episodes to add to the data set, ≥ 1.
         out: Folder of the data set.
         seed: Seed of the first episode, ≥ 0. If ``append`` is set, seeds that were already recorded are skipped.
-        num_envs: Number of environments that are simulated in parallel, ≥ 1. By default at most :data:`MOST_ENVS`, or
-            :data:`MOST_ENVS_WITH_CAMERAS`.
+        num_envs: Number of environments that are simulated in parallel, ≥ 1. By default at most 64, or 2
+            with cameras.
         cameras: Cameras whose pictures are recorded, see :func:`~frobs_data.recorded_features.read_cameras`. The policy
             does not see them.
         size: Height and width of the pictures [pixels], even numbers.

@@ -57,8 +57,8 @@ def read_table(
         chosen = list(columns(names) if callable(columns) else columns)
         if missing := sorted(set(chosen).difference(names)):
             raise DataError(path, f"the table has no column {', '.join(map(repr, missing))}.")
-        wanted = [index for index, group in enumerate(groups) if bounds is None or _overlaps(group, bounds)]
-        return file.read_row_groups(wanted, columns=chosen, use_threads=False)
+        selected = [index for index, group in enumerate(groups) if bounds is None or _overlaps(group, bounds)]
+        return file.read_row_groups(selected, columns=chosen, use_threads=False)
     except _DAMAGE as error:
         raise damaged(path, error) from error
 

@@ -41,8 +41,8 @@ class _Source:
             raise DataError(dataset.folder, f"{owner}: there is no column '{self.feature}'. Available: {known}.")
         columns = list(range(feature.size)) if self.columns is None else self.columns
         if len(columns) != size or not all(0 <= column < feature.size for column in columns):
-            problem = f"{owner} has {size} elements, but the mapping takes {len(columns)}"
-            raise DataError(dataset.folder, f"{problem} of the {feature.size} columns of '{self.feature}'.")
+            reason = f"{owner} has {size} elements, but the mapping takes {len(columns)}"
+            raise DataError(dataset.folder, f"{reason} of the {feature.size} columns of '{self.feature}'.")
         values = dataset.columns([self.feature])[self.feature]
         chosen = values.reshape(len(values), -1)[:, columns]
         if not np.isfinite(chosen).all():

@@ -138,7 +138,7 @@ class DatasetWriter:
 
         Args:
             columns: Array of each feature, (n, …), or (n,) for the shape ``(1,)``. For a camera: an array, pictures one
-                by one, or a :class:`Clip`.
+                by one, or a clip from :meth:`clip`.
             task: Sentence that describes the task.
             start_state: State of the simulation at the start of the episode.
 
