@@ -53,7 +53,9 @@ class DataSets(ModuleType):
         super().__init__("frobs_data")
         self.reward = np.arange(6.0) + MARK
 
-    def training_arrays(self, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any]) -> dict[str, Any]:
+    def training_arrays(
+        self, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any], mapping: str | None = None
+    ) -> dict[str, Any]:
         width, actions = env.single_observation_space.shape, env.single_action_space.shape
         assert width
         assert actions

@@ -290,8 +290,8 @@ def test_a_policy_of_an_unknown_kind_is_refused() -> None:
 
 
 def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch, make: Any) -> None:
-    monkeypatch.setattr("frobs_algos_sb3.onnx.find_spec", lambda name: None)
+    monkeypatch.setattr("frobs_algos.onnx.find_spec", lambda name: None)
     with pytest.raises(
-        ConfigurationError, match=r"onnx and onnxscript; install with: pip install -e '.*frobs-algos-sb3\[export\]'"
+        ConfigurationError, match=r"onnx and onnxscript; install with: pip install -e '.*frobs-algos\[export\]'"
     ):
         PPO(make(), {"policy_kwargs": {"net_arch": [8]}}, 0).export_onnx()

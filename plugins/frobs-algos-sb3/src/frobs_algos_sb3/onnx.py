@@ -12,8 +12,6 @@ from frobs_algos.onnx import export_graph
 from frobs_algos_sb3.onnx_observation import ObservationInput
 from frobs_algos_sb3.onnx_policy import PolicyGraph, network_of
 
-__all__ = ["export_graph", "export_policy", "observation_inputs", "policy_graph"]
-
 
 def export_policy(model: BaseAlgorithm, normalizer: VecNormalize | None, space: spaces.Space[Any]) -> bytes:
     """Return the graph of a model's deterministic policy. The same model always yields the same bytes.

@@ -152,20 +152,20 @@ def _play(
     left = episodes // num_envs + (np.arange(num_envs) < episodes % num_envs)
     steps: list[tuple[Any, ...]] = []
     observation, _ = env.reset(seed=seed)
-    observation, start = apply(np.array, observation), np.ones(num_envs, np.bool_)
+    observation, start = _apply(np.array, observation), np.ones(num_envs, np.bool_)
     while left.any():
         action = executed = clipped(policy.act(observation, start), space)
-        if noise:
+        if noise and isinstance(space, spaces.Box):
             executed = clipped(action + noise * generator.standard_normal(action.shape), space)
         following, reward, terminated, truncated, info = env.step(executed)
-        done, following = terminated | truncated, apply(np.array, following)
-        final = apply(np.array, following)
+        done, following = terminated | truncated, _apply(np.array, following)
+        final = _apply(np.array, following)
         for row in np.flatnonzero(done).tolist():
-            final = apply(partial(_put, row), final, info["final_obs"][row])
+            final = _apply(partial(_put, row), final, info["final_obs"][row])
         steps.append((observation, np.array(action), np.array(reward), final, terminated, start, left > 0))
         left -= done & (left > 0)
         observation, start = following, done
-    *columns, played = (apply(_by_environment, *column) for column in zip(*steps, strict=True))
+    *columns, played = (_apply(_by_environment, *column) for column in zip(*steps, strict=True))
     kept = [take(column, played) for column in columns]
     names = [field.name for field in fields(Demonstrations)]
     return Demonstrations(**dict(zip(names, [*kept, np.ones(played.sum(), np.bool_)], strict=True)))
@@ -198,10 +198,10 @@ def _read(folder: Path, env: gym.vector.VectorEnv[Any, Any, Any], mapping: str |
 
 def take(observation: Any, rows: Array) -> Any:
     """Return rows of an array, or of each array of a dictionary."""
-    return apply(lambda part: part[rows], observation)
+    return _apply(lambda part: part[rows], observation)
 
 
-def apply(function: Callable[..., Array], *observations: Any) -> Any:
+def _apply(function: Callable[..., Array], *observations: Any) -> Any:
     """Call a function with arrays, or for each key with the arrays of several dictionaries."""
     first = observations[0]
     if isinstance(first, dict):

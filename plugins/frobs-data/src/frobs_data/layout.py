@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -14,6 +13,7 @@ import numpy as np
 import pyarrow as pa
 
 from frobs_core.util.files import read_json
+from frobs_core.util.plain import to_json
 from frobs_data.budgets import BUDGET
 from frobs_data.errors import DataError
 
@@ -298,7 +298,7 @@ def data_table(features: Mapping[str, Feature], columns: Mapping[str, np.ndarray
             described[name] = {"dtype": feature.dtype, "_type": "Value"}
             for size in reversed(feature.row_shape):
                 described[name] = {"feature": described[name], "length": size, "_type": "List"}
-    return pa.table(arrays).replace_schema_metadata({"huggingface": json.dumps({"info": {"features": described}})})
+    return pa.table(arrays).replace_schema_metadata({"huggingface": to_json({"info": {"features": described}})})
 
 
 def tasks_table(tasks: Sequence[str]) -> pa.Table:
@@ -310,4 +310,4 @@ def tasks_table(tasks: Sequence[str]) -> pa.Table:
     ]
     frame = {"index_columns": ["task"], "column_indexes": [], "columns": described, "pandas_version": "2.3.3"}
     table = pa.table({"task_index": pa.array(range(len(tasks)), pa.int64()), "task": pa.array(tasks, pa.string())})
-    return table.replace_schema_metadata({"pandas": json.dumps(frame)})
+    return table.replace_schema_metadata({"pandas": to_json(frame)})
