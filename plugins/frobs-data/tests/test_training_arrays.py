@@ -131,7 +131,6 @@ def test_an_empty_set_raises(make: Callable[..., Any], tmp_path: Path) -> None:
         training_arrays(tmp_path / "set", make(REACH))
 
 
-@pytest.mark.needs("rendering")
 def test_pictures_become_part_of_a_dictionary(make: Callable[..., Any], tmp_path: Path) -> None:
     eye = {"eye": {"type": "camera", "camera": "eye", "size": [32, 48]}}
     cameras = {"eye": {"pos": [1.0, 0.0, 1.0], "target": [0.0, 0.0, 0.3]}}
