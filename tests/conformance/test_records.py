@@ -51,9 +51,7 @@ if not all(find_spec(name) for name in ("ompl", "pinocchio", "toppra")):
 
 
 def every(kind: str, check: Callable[[str], list[Check]]) -> Iterator[Check]:
-    for name in [
-        name for name in plugins.records(kind) if name not in MISSING | (IMITATING if kind == "algorithm" else set())
-    ]:
+    for name in [name for name in plugins.records(kind) if name not in MISSING]:
         yield from (replace(one, name=f"{name}-{one.name}") for one in check(name))
 
 
@@ -70,7 +68,7 @@ SIMULATORS = [name for name in plugins.records("simulator") if name not in MISSI
 test_robot = pytest_checks(every("robot", lambda name: check_robot(name, SIMULATORS)))
 test_controller = pytest_checks(every("controller", check_controller))
 test_task = pytest_checks(every("task", of_a_task_alone))
-ALGORITHMS = list(every("algorithm", lambda name: check_algorithm(name, SHORT.get(name))))
+ALGORITHMS = list(every("algorithm", lambda name: [] if name in IMITATING else check_algorithm(name, SHORT.get(name))))
 test_algorithm = pytest_checks(check for check in ALGORITHMS if check.name.startswith(QUICK))
 test_other_algorithm = pytest.mark.exhaustive(
     pytest.mark.slow(pytest_checks(check for check in ALGORITHMS if not check.name.startswith(QUICK)))

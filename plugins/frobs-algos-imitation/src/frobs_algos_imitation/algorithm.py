@@ -200,12 +200,7 @@ class ImitationAlgorithm(Algorithm):
     @classmethod
     def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
         """Load an algorithm from a folder that :meth:`save` wrote. If ``env`` is given, training can continue."""
-        saved = storage.read_json(folder / "algorithm.json")
-        if saved.get("format") != FORMAT or saved.get("algorithm") != cls.name:
-            raise CheckpointError(
-                f"{folder} was saved by algorithm '{saved.get('algorithm')}' in format {saved.get('format')}; "
-                f"expected algorithm '{cls.name}' in format {FORMAT}."
-            )
+        saved = storage.read_saved(folder, cls.name, FORMAT)
         algorithm = cls.__new__(cls)
         try:
             spaces = space_from_json(saved["observation_space"]), space_from_json(saved["action_space"])

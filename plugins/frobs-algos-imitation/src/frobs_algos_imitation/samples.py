@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -72,7 +70,7 @@ class Samples:
         folder.mkdir()
         for index, part in enumerate(self.parts):
             name = f"part_{index:05d}.npz"
-            if previous is None or not _link(previous / name, folder / name):
+            if previous is None or not storage.link(previous / name, folder / name):
                 storage.write_arrays(folder / name, part)
 
     @classmethod
@@ -98,18 +96,6 @@ class Samples:
         windows = self.frames[th.maximum(back, self.starts[indices, None])]
         last = self.ends[indices, None]
         return windows, self.labels[th.minimum(ahead, last - 1)], ahead < last
-
-
-def _link(source: Path, target: Path) -> bool:
-    """Create ``target`` as a hard link to ``source`` or as a copy, and return whether the operation succeeded."""
-    try:
-        os.link(source, target)
-    except OSError:
-        try:
-            shutil.copyfile(source, target)
-        except FileNotFoundError:
-            return False
-    return True
 
 
 def flatten(observation: Observation) -> Array:

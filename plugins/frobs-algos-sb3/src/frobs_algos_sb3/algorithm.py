@@ -207,12 +207,7 @@ class SB3Algorithm(Algorithm):
     def _load(
         cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None, config: Mapping[str, Any] | None
     ) -> Self:
-        saved = storage.read_json(folder / "algorithm.json")
-        if saved.get("format") != FORMAT or saved.get("algorithm") != cls.name:
-            raise CheckpointError(
-                f"{folder} was saved by algorithm '{saved.get('algorithm')}' in format {saved.get('format')}; "
-                f"expected algorithm '{cls.name}' in format {FORMAT}."
-            )
+        saved = storage.read_saved(folder, cls.name, FORMAT)
         algorithm = cls.__new__(cls)
         try:
             settings = cls._settings(saved["config"] if config is None else config)

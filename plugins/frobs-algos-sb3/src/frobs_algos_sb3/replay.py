@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -41,7 +39,7 @@ def write(buffer: ReplayBuffer, folder: Path, previous: Path | None = None) -> N
         block = {name: array[first : min(first + per_block, rows)] for name, array in arrays.items()}
         digests.append(_digest(block))
         target = folder / _name(index)
-        if previous is None or known.get(index) != digests[-1] or not _link(previous / _name(index), target):
+        if previous is None or known.get(index) != digests[-1] or not storage.link(previous / _name(index), target):
             storage.write_arrays(target, block)
     index_file: dict[str, Any] = {
         "pos": buffer.pos,
@@ -175,15 +173,3 @@ def _known_blocks(previous: Path) -> dict[int, str]:
         return dict(enumerate(storage.read_json(previous / "index.json")["blocks"]))
     except (CheckpointError, KeyError, TypeError):
         return {}
-
-
-def _link(source: Path, target: Path) -> bool:
-    """Create ``target`` as a hard link to ``source`` or as a copy, and return whether the operation succeeded."""
-    try:
-        os.link(source, target)
-    except OSError:
-        try:
-            shutil.copyfile(source, target)
-        except FileNotFoundError:
-            return False
-    return True

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
+import os
 import pickle
+import shutil
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,8 +20,10 @@ from frobs_core.util.plain import read_numbers, spell_numbers, to_json
 
 __all__ = [
     "check_networks",
+    "link",
     "read_arrays",
     "read_json",
+    "read_saved",
     "read_tensors",
     "write_arrays",
     "write_json",
@@ -38,6 +42,33 @@ def read_json(path: Path) -> dict[str, Any]:
         return dict(read_numbers(files.read_json(path)))
     except OSError as error:
         raise CheckpointError(f"{path} cannot be read: {error.strerror}.") from error
+
+
+def read_saved(folder: Path, algorithm: str, format: int) -> dict[str, Any]:
+    """Read the ``algorithm.json`` of a saved algorithm.
+
+    Raises:
+        CheckpointError: The file is missing or damaged, or another algorithm or format wrote it.
+    """
+    saved = read_json(folder / "algorithm.json")
+    if saved.get("format") != format or saved.get("algorithm") != algorithm:
+        raise CheckpointError(
+            f"{folder} was saved by algorithm '{saved.get('algorithm')}' in format {saved.get('format')}; "
+            f"expected algorithm '{algorithm}' in format {format}."
+        )
+    return saved
+
+
+def link(source: Path, target: Path) -> bool:
+    """Create ``target`` as a hard link to ``source`` or as a copy, and return whether the operation succeeded."""
+    try:
+        os.link(source, target)
+    except OSError:
+        try:
+            shutil.copyfile(source, target)
+        except FileNotFoundError:
+            return False
+    return True
 
 
 def write_tensors(path: Path, value: Any) -> None:
