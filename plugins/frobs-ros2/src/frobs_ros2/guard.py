@@ -1,0 +1,97 @@
+"""Applies the safety rules to the robots of a paced simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from frobs_core.contracts import CommandMode, RobotHandle
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ParameterValueError, check_keys
+from frobs_core.util.validation import number_list, positive
+from frobs_ros2.safety import Limits, SafetyFilter
+
+SETTINGS: Mapping[str, Any] = {
+    "speed": 1.0,
+    "acceleration": None,
+    "workspace": None,
+    "slow_start": 2.0,
+    "max_age": 0.2,
+    "log": None,
+}
+"""Settings of the rules, with their defaults: the fields of :class:`frobs_ros2.safety.Limits`, and the file of the log."""
+
+
+def safety_filter(handle: RobotHandle, rules: Mapping[str, Any]) -> SafetyFilter:
+    """Return the rules of a robot, with the limits of its model file.
+
+    Args:
+        handle: Handle of the robot.
+        rules: Settings; see :data:`SETTINGS`.
+
+    Raises:
+        ConfigurationError: A setting is unknown or out of range.
+    """
+    check_keys("safety", rules, SETTINGS)
+    given = {**SETTINGS, **rules}
+    workspace = given["workspace"]
+    if workspace is not None:
+        workspace = np.array([number_list("safety: workspace", corner, 3) for corner in workspace])
+    for name in ("speed", "acceleration", "max_age"):
+        if given[name] is not None:
+            positive(f"safety: {name}", given[name])
+    if given["speed"] > 1.0:
+        raise ParameterValueError("safety: speed", given["speed"], "at most 1, the fraction of the velocity limits")
+    if not given["slow_start"] >= 0.0:
+        raise ParameterValueError("safety: slow_start", given["slow_start"], "at least 0 [s]")
+    limits = Limits(
+        joint_names=handle.joint_names,
+        lower=handle.position_lower[0],
+        upper=handle.position_upper[0],
+        velocity=handle.velocity_limit[0],
+        effort=handle.effort_limit[0],
+        acceleration=given["acceleration"],
+        workspace=workspace,
+        speed=given["speed"],
+        slow_start=given["slow_start"],
+        max_age=given["max_age"],
+    )
+    log = None if given["log"] is None else Path(given["log"])
+    return SafetyFilter(limits, 1.0, lambda q: handle.planned_frame_pose("tcp", q[None])[0][0], log)
+
+
+class GuardedRobot(RobotHandle):
+    """A robot whose commands pass the safety rules when a step begins.
+
+    Attributes:
+        rules: The rules.
+    """
+
+    rules: SafetyFilter
+
+    def safe_command(self, decimation: int, duration: float, now: float) -> tuple[CommandMode, Floats]:
+        """Return the command of the next step, as the rules allow it.
+
+        Args:
+            decimation: Number of physics steps.
+            duration: Duration of the step [s].
+            now: Current time [s].
+
+        Returns:
+            The mode and the command at the end of the step, (dof,).
+        """
+        asked, mode = self._take_commands(decimation)[0, -1], self.command_mode
+        self.rules.timestep = duration
+        return mode, np.asarray(self.rules.command(str(mode), asked, now))
+
+    def hold_command(self, reason: str, now: float) -> tuple[CommandMode, Floats]:
+        """Return the command that makes the robot hold.
+
+        Args:
+            reason: Why the robot must hold.
+            now: Current time [s].
+        """
+        return self.command_mode, np.asarray(self.rules.hold(str(self.command_mode), reason, now))

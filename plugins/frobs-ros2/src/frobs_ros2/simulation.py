@@ -1,0 +1,340 @@
+"""The simulator ``ros2``: a robot behind ROS 2 topics as a paced simulation."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from frobs_core.contracts import BodyHandle, CommandMode, Pacer, Simulation
+from frobs_core.description import Marker, Placement, Scene
+from frobs_core.util.arrays import Floats, Mask, read_only
+from frobs_core.util.errors import ConfigurationError, SimulationError, UnsuitableRobotError
+from frobs_core.util.validation import positive
+from frobs_ros2.guard import GuardedRobot, safety_filter
+from frobs_ros2.homing import drive_home
+from frobs_ros2.ros import PEER_TIMEOUT, Node, advice, image_of, joints_of, message_type, ros_arguments, seconds_of
+from frobs_ros2.safety import REPEATED
+
+_HOMING_PERIOD = 0.02  # [s]
+_MOST_SILENCE = 5.0  # [s] time without measurements, or with a stopped clock, after which a step fails
+
+
+class Ros2Robot(GuardedRobot):
+    """A robot behind ROS 2 topics, as measured at the end of the last step.
+
+    Args:
+        name: Name in the simulation.
+        placement: Placement of the robot.
+        node: The node.
+        namespace: Prefix of its topics, empty or ``"name/"``.
+        safety: Settings of the safety rules.
+    """
+
+    def __init__(self, name: str, placement: Placement, node: Node, namespace: str, safety: Mapping[str, Any]) -> None:
+        if placement.robot.base != "fixed":
+            raise UnsuitableRobotError(
+                placement.robot.name, "has a movable base, so it cannot be driven home by the simulator 'ros2'."
+            )
+        self.describe(name, placement, 1)
+        self._node, self._namespace = node, namespace
+        self._positions, self._velocities, self._efforts = self.home.copy(), *np.zeros((2, 1, self.dof))
+        self._latest: tuple[float, Floats, Floats, Floats] | None = None
+        self.fault = ""
+        tool = placement.robot.end_effector_of()
+        fingers = placement.robot.groups[tool.group] if tool is not None and tool.group else ()
+        self._fingers = [self.joint_names.index(joint) for joint in fingers]
+        self._arm = [i for i in range(self.dof) if i not in self._fingers]
+        array = "std_msgs/msg/Float64MultiArray"
+        self._forward = {
+            mode: node.publisher(array, f"{namespace}forward_{mode}_controller/commands") for mode in CommandMode
+        }
+        self._gripper = node.publisher(array, f"{namespace}gripper_controller/commands")
+        node.subscribe("sensor_msgs/msg/JointState", f"{namespace}joint_states", self._on_joints)
+        self.rules = safety_filter(self, safety)
+
+    def _on_joints(self, message: Any) -> None:
+        rows = joints_of(message, self.joint_names)
+        if rows is not None:
+            self._latest = seconds_of(message.header.stamp), *rows
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether joint states have arrived."""
+        return self._latest is not None
+
+    @property
+    def joint_positions(self) -> Floats:
+        """(1, dof) [rad or m]."""
+        return read_only(self._positions)
+
+    @property
+    def joint_velocities(self) -> Floats:
+        """(1, dof) [rad/s or m/s]."""
+        return read_only(self._velocities)
+
+    @property
+    def joint_efforts(self) -> Floats:
+        """(1, dof) [N·m or N]."""
+        return read_only(self._efforts)
+
+    def read(self, now: float, start: bool = False) -> str:
+        """Use the latest measurement, and return why it cannot be used, or an empty text.
+
+        Args:
+            now: Current time [s].
+            start: Whether to accept any position, as at the start of an episode.
+        """
+        assert self._latest is not None
+        stamp, positions, velocities, efforts = self._latest
+        if start:
+            self.rules.start(positions, now, stamp - 1e-9)
+        reason = self.rules.measure(stamp, positions, velocities, now)
+        if not reason:
+            self._positions, self._velocities, self._efforts = positions[None], velocities[None], efforts[None]
+        return reason
+
+    def update(self, now: float) -> str:
+        """Use the latest measurement if there is a new one, and return the fault for which the robot must hold."""
+        reason = self.read(now)
+        is_fresh = self.rules.age(now) <= self.rules.limits.max_age
+        self.fault = "" if reason == REPEATED and is_fresh and not self.fault else reason
+        return self.fault
+
+    def send(self, mode: CommandMode, values: Floats) -> None:
+        """Send a command to the controllers of the arm and of the gripper."""
+        kind = message_type("std_msgs/msg/Float64MultiArray")
+        if self._arm:
+            self._forward[mode].publish(kind(data=values[self._arm].tolist()))
+        if self._fingers and mode is CommandMode.POSITION:
+            self._gripper.publish(kind(data=values[self._fingers].tolist()))
+
+    @property
+    def has_controller(self) -> bool:
+        """Whether a controller listens to the commands."""
+        return bool(self._forward[CommandMode.POSITION].get_subscription_count())
+
+
+class Ros2Body(BodyHandle):
+    """A body whose pose a topic reports.
+
+    Args:
+        name: Name in the scene.
+        node: The node.
+        topic: Topic with ``geometry_msgs/msg/PoseStamped`` in the world frame.
+    """
+
+    def __init__(self, name: str, node: Node, topic: str) -> None:
+        self.name = name
+        self._pos, self._quat = np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0, 0.0]])
+        node.subscribe("geometry_msgs/msg/PoseStamped", topic, self._on_pose)
+
+    def _on_pose(self, message: Any) -> None:
+        p, q = message.pose.position, message.pose.orientation
+        self._pos, self._quat = np.array([[p.x, p.y, p.z]]), np.array([[q.w, q.x, q.y, q.z]])
+
+    @property
+    def pose(self) -> tuple[Floats, Floats]:
+        """pos (1, 3) [m] and quat_wxyz (1, 4) in the world frame."""
+        return read_only(self._pos), read_only(self._quat)
+
+    @property
+    def twist(self) -> tuple[Floats, Floats]:
+        """Zeros, because a pose does not report velocities: (1, 3) [m/s] and (1, 3) [rad/s]."""
+        return np.zeros((1, 3)), np.zeros((1, 3))
+
+
+class Ros2Simulation(Simulation):
+    """Robots behind ROS 2 topics: forward command controllers, ``joint_states``, image and pose topics.
+
+    A reset drives the robots home slowly and waits. All commands pass the safety rules of
+    :mod:`frobs_ros2.safety`. Software limits do not replace the robot's emergency stop.
+
+    Args:
+        namespaces: Namespace of each robot, by name. By default, a single robot has none, and several have their names.
+        use_sim_time: Whether to use the clock of the topic ``/clock``.
+        cameras: Image topic of each camera, by name.
+        bodies: Topic with the pose of each body of the scene, by name.
+        safety: Settings of the safety rules: ``speed``, ``acceleration`` [rad/s²], ``workspace`` (two corners [m]),
+            ``slow_start`` [s], ``max_age`` [s] and ``log`` (a file).
+        homing_speed: Largest velocity of a joint during a reset [rad/s or m/s].
+        homing_timeout: Time after which a reset has failed [s].
+        network: Whether to reach other machines.
+    """
+
+    render_modalities = ("rgb",)
+
+    def __init__(
+        self,
+        robots: Mapping[str, Placement],
+        scene: Scene,
+        *,
+        num_envs: int,
+        physics_timestep: float,
+        num_threads: int = 0,
+        namespaces: Mapping[str, str] | None = None,
+        use_sim_time: bool = False,
+        cameras: Mapping[str, str] | None = None,
+        bodies: Mapping[str, str] | None = None,
+        safety: Mapping[str, Any] | None = None,
+        homing_speed: float = 0.5,
+        homing_timeout: float = 60.0,
+        network: bool = False,
+    ) -> None:
+        scene.check(robots, lacking=("contacts", "attachments"))
+        self.num_envs, self.physics_timestep = num_envs, physics_timestep
+        self._speed, self._timeout = positive("homing_speed", homing_speed), positive("homing_timeout", homing_timeout)
+        missing = sorted(set(scene.bodies) - set(bodies or {}))
+        if missing:
+            raise ConfigurationError(
+                f"the poses of the bodies {', '.join(missing)} are unknown; name their topics (PoseStamped): "
+                f"simulator_kwargs={{'bodies': {{'{missing[0]}': '/{missing[0]}_pose'}}}}."
+            )
+        arguments = ros_arguments(parameters=[f"use_sim_time:={str(use_sim_time).lower()}"])
+        self._node = Node("frobs_simulation", arguments, network)
+        try:
+            spaces = {name: "" if len(robots) == 1 else f"{name}/" for name in robots}
+            spaces |= {
+                name: f"{text.strip('/')}/" if text.strip("/") else "" for name, text in (namespaces or {}).items()
+            }
+            self.robots = self._robots = {
+                name: Ros2Robot(name, one, self._node, spaces[name], safety or {}) for name, one in robots.items()
+            }
+            self.bodies = {name: Ros2Body(name, self._node, (bodies or {})[name]) for name in scene.bodies}
+            self._images: dict[str, np.ndarray[Any, Any]] = {}
+            for camera, topic in (cameras or {}).items():
+                self._node.subscribe("sensor_msgs/msg/Image", topic, partial(self._on_image, camera))
+            self.pacer = self._pacer = Pacer(self._clock, self._sleep)
+            if not self._node.spin_until(self._is_connected, PEER_TIMEOUT):
+                raise SimulationError(
+                    f"within {PEER_TIMEOUT:g} s, no joint_states with all joints arrived, or no "
+                    f"forward_position_controller listens; check the robot's nodes; {advice()}."
+                )
+            self._node.spin_until(lambda: self._clock() > 0.0, PEER_TIMEOUT)
+            for robot in self._robots.values():
+                robot.read(self._clock(), start=True)
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def time(self) -> Floats:
+        """(1,) [s] since the reset."""
+        return read_only(self._pacer.time)
+
+    @property
+    def measurement_age(self) -> Floats:
+        """Age of the oldest joint state in use, (1,) [s]."""
+        now = self._clock()
+        return np.array([max(robot.rules.age(now) for robot in self._robots.values())])
+
+    def reset(self, mask: Mask | None = None) -> None:
+        """Drive all robots home slowly, and return when they have stopped there."""
+        if mask is not None and not mask.any():
+            return
+        self._pacer.restart()
+        self._last_good = time.monotonic()
+        for robot in self._robots.values():
+            robot.read(self._clock(), start=True)
+            robot.fault = ""
+
+        def advance() -> float:
+            self._send(1, _HOMING_PERIOD)
+            self._wait(_HOMING_PERIOD)
+            return float(self._pacer.time[0])
+
+        drive_home(self._robots, advance, _HOMING_PERIOD, self._speed, self._timeout)
+        self._pacer.restart()
+
+    def step(self, decimation: int) -> None:
+        """Send the commands, wait until the step is over, and read the measurements.
+
+        Raises:
+            SimulationError: There were no usable measurements for several seconds.
+        """
+        duration = decimation * self.physics_timestep
+        self._send(decimation, duration)
+        self._wait(duration)
+
+    def hold(self) -> None:
+        """Command all robots to hold, immediately."""
+        for robot in self._robots.values():
+            robot.send(*robot.hold_command("hold() was called", self._clock()))
+
+    def render(
+        self,
+        mask: Mask | None = None,
+        camera: str | None = None,
+        size: tuple[int, int] = (480, 640),
+        modality: str = "rgb",
+        markers: Sequence[Marker] = (),
+        fast: bool = False,
+    ) -> np.ndarray[Any, Any]:
+        """Return the latest image of a camera, (1, h, w, 3) uint8. For the arguments, see :meth:`.Simulation.render`.
+
+        Raises:
+            SimulationError: No image has arrived.
+        """
+        name = camera if camera is not None else next(iter(self._images), "")
+        if not self._node.spin_until(lambda: name in self._images, PEER_TIMEOUT):
+            raise SimulationError(
+                f"no image of the camera '{name}' arrived; name its topic: simulator_kwargs={{'cameras': "
+                f"{{'{name}': '/{name}/image_raw'}}}}."
+            )
+        image = self._images[name]
+        rows = (np.arange(size[0]) * image.shape[0]) // size[0]
+        columns = (np.arange(size[1]) * image.shape[1]) // size[1]
+        return np.ascontiguousarray(image[rows][:, columns][None])
+
+    def close(self) -> None:
+        """Make the robots hold, and end the node."""
+        if self._node.ok():
+            if all(robot.is_measured for robot in self._robots.values()) and self._pacer.time[0] > 0.0:
+                self.hold()
+            self._node.close()
+
+    _robots: Mapping[str, Ros2Robot] = {}
+    _last_good = 0.0
+
+    def _send(self, decimation: int, duration: float) -> None:
+        now = self._clock()
+        for robot in self._robots.values():
+            mode, values = robot.safe_command(decimation, duration, now)
+            if robot.fault:
+                mode, values = robot.hold_command(robot.fault, now)
+            robot.send(mode, values)
+
+    def _wait(self, duration: float) -> None:
+        self._pacer.wait(duration)
+        self._node.spin()
+        now = self._clock()
+        faults = [fault for robot in self._robots.values() if (fault := robot.update(now))]
+        if not faults:
+            self._last_good = time.monotonic()
+        elif time.monotonic() - self._last_good > _MOST_SILENCE:
+            self.hold()
+            raise SimulationError(f"no measurement could be used for {_MOST_SILENCE:g} s: {faults[0]}.")
+
+    def _clock(self) -> float:
+        return 1e-9 * float(self._node.node.get_clock().now().nanoseconds)
+
+    def _sleep(self, seconds: float) -> None:
+        """Run callbacks until the clock has advanced, or fail if it has stopped."""
+        end, until = time.monotonic() + seconds + _MOST_SILENCE, self._clock() + seconds
+        while (left := until - self._clock()) > 0.0:
+            self._node.spin(min(left, 0.005))
+            if time.monotonic() > end:
+                self.hold()
+                raise SimulationError(f"the ROS clock did not advance for {_MOST_SILENCE:g} s.")
+
+    def _is_connected(self) -> bool:
+        return all(robot.is_measured and robot.has_controller for robot in self._robots.values())
+
+    def _on_image(self, camera: str, message: Any) -> None:
+        try:
+            self._images[camera] = image_of(message)
+        except ValueError as error:
+            raise SimulationError(f"an image of the camera '{camera}' cannot be used: {error}.") from None

@@ -1,0 +1,177 @@
+"""Parts of the policy node against the environments in which policies are trained."""
+
+import ast
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import frobs_deploy
+import frobs_ros2
+from frobs_core.plugins.registry import pretrained_path
+from frobs_deploy import Policy, read_bundle
+from frobs_ros2.errors import SettingsError
+from frobs_ros2.policy_node.actions import Actions
+from frobs_ros2.policy_node.checks import bundle_problems
+from frobs_ros2.policy_node.kinematics import Kinematics
+from frobs_ros2.policy_node.observation import Inputs, Observer, named_arrays
+from frobs_ros2.serve.measurements import robot_description, transforms
+from frobs_ros2.serve.trajectory import Trajectory
+
+SOURCES = Path(frobs_ros2.__file__).parent
+WITHOUT_CORE = [SOURCES / "ros.py", SOURCES / "errors.py", SOURCES / "safety.py", *SOURCES.glob("policy_node/*.py")]
+WITHOUT_CORE += Path(frobs_deploy.__file__).parent.glob("*.py")
+
+
+def environment(id: str, **kwargs: Any) -> Any:
+    return gym.make(f"frobs_core:{id}", disable_env_checker=True, **kwargs).unwrapped
+
+
+@pytest.mark.parametrize(
+    ("id", "controller"),
+    [
+        ("frobs/Irb120Reach-v0", "joint_delta_position"),
+        ("frobs/Irb120ReachGoal-v0", "joint_position"),
+        ("frobs/Ur5ReachVelocity-v0", "joint_velocity"),
+        ("frobs/Ur5Reach-v0", "joint_effort"),
+    ],
+)
+def test_observations_and_commands_equal_those_of_the_environment(id: str, controller: str) -> None:
+    env = environment(id, controller=controller)
+    bundle = read_bundle(pretrained_path(id))
+    manifest = Policy(bundle).manifest
+    kinematics = Kinematics(robot_description(env.robot), manifest.joint_names)
+    observer = Observer(manifest, bundle.manifest["robot"]["tcp"], kinematics)
+    robot = env.robot
+    limits = [getattr(robot, f"{name}")[0] for name in ("position_lower", "position_upper", "velocity_limit")]
+    parameters = {"max_delta": 0.15}
+    actions = Actions(controller, parameters, *limits, robot.effort_limit[0], env.control_timestep)
+    sent: list[Any] = []
+    command = robot.command
+    robot.command = lambda values: (sent.append(values.copy()), command(values))
+    observation, _ = env.reset(seed=2)
+    actions.reset(robot.joint_positions[0])
+    rng = np.random.default_rng(0)
+    for _ in range(10):
+        inputs = Inputs(
+            joint_positions=robot.joint_positions[0].copy(),
+            joint_velocities=robot.joint_velocities[0].copy(),
+            goal=env.task.goal[0].copy(),
+        )
+        read = observer.read(inputs)
+        for key in manifest.observation:
+            ours, theirs = (read, observation) if key == "" else (read[key], observation[key])  # type: ignore[index]
+            np.testing.assert_allclose(ours, theirs, atol=1e-5)
+        action = rng.uniform(-1.0, 1.0, env.action_space.shape).astype(np.float32)
+        if controller == "joint_effort":
+            action *= 0.001
+        ours = actions.convert(action, inputs.joint_positions)
+        observation, *_ = env.step(action)
+        np.testing.assert_allclose(ours, sent[-1][0], atol=1e-9)
+    env.close()
+
+
+def test_other_terms_come_by_name() -> None:
+    named = named_arrays(["episode", "cube/0", "cube/1", "success"], [3.0, 1.0, 2.0])
+    assert {name: value.tolist() for name, value in named.items()} == {"episode": [3.0], "cube": [1.0, 2.0]}
+
+
+@pytest.mark.parametrize("id", ["frobs/Ur5PickAndPlace-v0", "frobs/PandaPush-v0", "frobs/KobukiMaze-v0"])
+def test_transforms_lead_from_the_world_to_each_link(id: str) -> None:
+    from frobs_core.util.rotations import quat_multiply, quat_rotate
+
+    env = environment(id)
+    env.reset(seed=0)
+    handle = env.robot
+    found = {child: row for moving in (True, False) for row in transforms(handle, "", moving) for child in [row[1]]}
+    pos, quat = (each[0] for each in handle.link_poses())
+    for i, link in enumerate(handle.model.links):
+        at, turn, name = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]), link.name
+        chain = []
+        while name in found:
+            chain.append(found[name])
+            name = found[name][0]
+        assert name in ("world", "odom")
+        for _, _, step, rotation in reversed(chain):
+            at, turn = at + quat_rotate(turn, step), quat_multiply(turn, rotation)
+        np.testing.assert_allclose(at, pos[i], atol=1e-9)
+        np.testing.assert_allclose(np.abs(turn @ quat[i]), 1.0, atol=1e-9)
+    env.close()
+
+
+def test_bundle_with_an_unsupported_controller_is_named() -> None:
+    bundle = read_bundle(pretrained_path("frobs/PandaPush-v0"))
+    (problem,) = bundle_problems(bundle, {})
+    assert "tcp_delta_pose" in problem
+    assert "--simulator ros2" in problem
+    assert len(list(bundle_problems(read_bundle(pretrained_path("frobs/KobukiMaze-v0")), {}))) == 2
+
+
+JOINT = '<joint name="{0}" type="fixed"><parent link="{1}"/><child link="{2}"/></joint>'
+LOOP = f"<robot>{JOINT.format('x', 'a', 'b')}{JOINT.format('y', 'b', 'a')}</robot>"
+
+
+@pytest.mark.parametrize("text", ["<robot", "<!DOCTYPE x [<!ENTITY a 'b'>]><robot/>", "<robot><joint/></robot>", LOOP])
+def test_invalid_robot_description_is_rejected(text: str) -> None:
+    with pytest.raises(SettingsError):
+        Kinematics(text, ())
+
+
+def message(names: list[str], *points: tuple[float, list[float], list[float]]) -> Any:
+    rows = [
+        SimpleNamespace(
+            positions=positions,
+            velocities=velocities,
+            time_from_start=SimpleNamespace(sec=0, nanosec=round(1e9 * time)),
+        )
+        for time, positions, velocities in points
+    ]
+    return SimpleNamespace(joint_names=names, points=rows)
+
+
+def follow(*points: tuple[float, list[float], list[float]], names: tuple[str, ...] = ("b", "a")) -> Trajectory:
+    return Trajectory(message(list(names), *points), ["a", "b"], np.zeros(2), -np.ones(2), np.ones(2))
+
+
+def test_trajectory_is_linear_or_cubic() -> None:
+    linear = follow((0.5, [0.2, 0.4], []))
+    assert linear.columns.tolist() == [1, 0]
+    np.testing.assert_allclose(linear.sample(0.25), [0.1, 0.2])
+    np.testing.assert_allclose(linear.sample(9.0), [0.2, 0.4])
+    cubic = follow((0.5, [0.2, 0.4], [0.0, 0.0]))
+    np.testing.assert_allclose(cubic.sample(0.25), [0.1, 0.2])
+    np.testing.assert_allclose(cubic.sample(0.125), [0.2 * 0.15625, 0.4 * 0.15625])
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        [(0.5, [0.2], [])],
+        [(0.5, [0.2, np.nan], [])],
+        [(0.5, [0.2, 1.2], [])],
+        [(0.5, [0.2, 0.2], []), (0.5, [0.3, 0.2], [])],
+        [],
+    ],
+    ids=["too few positions", "NaN", "beyond a limit", "times do not increase", "no points"],
+)
+def test_unsafe_trajectory_is_rejected(points: Any) -> None:
+    with pytest.raises(SettingsError):
+        follow(*points)
+
+
+def test_unknown_joint_is_rejected() -> None:
+    with pytest.raises(SettingsError, match="from a, b"):
+        follow((0.5, [0.2, 0.2], []), names=("a", "c"))
+
+
+@pytest.mark.parametrize("path", WITHOUT_CORE, ids=lambda path: path.stem)
+def test_policy_node_is_python_3_10_and_does_not_import_the_core(path: Path) -> None:
+    tree = ast.parse(path.read_text("utf-8"), feature_version=(3, 10))
+    names = {str(node.module) for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+    names |= {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
+    parts = {tuple(name.split(".")[:2]) for name in names}
+    core = {part for part in parts if part[0] in ("frobs_core", "frobs_cli", "frobs_models")}
+    assert not core | parts & {("frobs_ros2", name) for name in ("serve", "cli", "simulation", "safe")}

@@ -1,0 +1,86 @@
+"""``frobs ros2 run`` with ``frobs ros2 serve`` in another process."""
+
+import json
+import signal
+from pathlib import Path
+from typing import Any
+
+import pytest
+from ros2_processes import Process, Start
+
+pytestmark = pytest.mark.needs("ros2")
+
+ID = "frobs/Irb120Reach-v0"
+SIMULATED = ("--param", "use_sim_time:=true")
+
+
+def ended(process: Process) -> Any:
+    """End a node as Ctrl-C does, and return what it printed."""
+    process.process.send_signal(signal.SIGINT)
+    return process.result()
+
+
+def test_policy_in_lockstep_succeeds_as_in_evaluate(ros2: Start) -> None:
+    node = ros2("frobs", "ros2", "run", ID, "--lockstep", "--json")
+    result = ros2("frobs", "ros2", "serve", ID, "--lockstep", "--episodes", 20, "--json").result()
+    assert result == {"episodes": 20, "successes": 20}  # as 'frobs evaluate' with these seeds
+    report = ended(node)
+    assert report["episodes"] == 20
+    assert report["late"] == 0
+    assert not set(report["changed"]) - {"measurement"}
+
+
+def test_core_is_not_needed_and_trajectories_can_be_sent(ros2: Start, tmp_path: Path) -> None:
+    from frobs_core.plugins.registry import pretrained_path
+
+    ros2("frobs", "ros2", "serve", ID).wait_for("serving")
+    script = (
+        "import sys; sys.modules['frobs_core'] = sys.modules['gymnasium'] = None\n"
+        "from frobs_ros2.policy_node.command_line import main; sys.exit(main(sys.argv[1:]))"
+    )
+    options = ("--goal", 0.3, 0.1, 0.5, "--interface", "trajectory", "--seconds", 3, "--max-age", 30)
+    report = ros2("-c", script, pretrained_path(ID), *options, "--ros-args", "-p", "use_sim_time:=true").result()
+    assert report["commands"] > 5
+
+
+@pytest.mark.parametrize(
+    ("served", "problems"),
+    [
+        ("frobs/Ur5Reach-v0", ["joint_states does not contain the joints joint_1"]),
+        ("frobs/Irb140Reach-v0", ["joint 'joint_2' may move in", "has the velocity limit", "use_sim_time:=true"]),
+    ],
+)
+def test_node_lists_what_to_change_for_another_robot(ros2: Start, served: str, problems: list[str]) -> None:
+    ros2("frobs", "ros2", "serve", served).wait_for("serving")
+    node = ros2("frobs", "ros2", "run", ID)
+    node.result(status=2)
+    text = "".join(node.errors)
+    assert "change the following" in text
+    assert [problem for problem in problems if problem not in text] == []
+
+
+def test_dry_run_moves_nothing_and_the_dead_man_switch_makes_the_robot_hold(ros2: Start, tmp_path: Path) -> None:
+    server = ros2("frobs", "ros2", "serve", ID)
+    server.wait_for("serving")
+    dry = ros2("frobs", "ros2", "run", ID, "--dry-run", *SIMULATED)
+    dry.wait_for("would send position: joint_1=")
+    ended(dry)
+    log = tmp_path / "changes.jsonl"
+    held = ros2("frobs", "ros2", "run", ID, "--deadman", "--log", log, "--json", *SIMULATED)
+    held.wait_for("holding: the dead-man switch is not pressed")
+    assert ended(held)["changed"]["dead-man"] >= 1
+    assert json.loads(log.read_text("utf-8").splitlines()[0])["rule"] == "dead-man"
+
+
+def test_node_holds_when_the_clock_stops(ros2: Start) -> None:
+    ros2("frobs", "ros2", "serve", ID).wait_for("serving")
+    node = ros2("frobs", "ros2", "run", ID, "--goal", 0.3, 0.1, 0.5, "--json", *SIMULATED)
+    assert ros2("node", "pause_after_a_command.py").result() == "paused"
+    node.wait_for("holding: no new joint state for 0.2 s")
+    assert ended(node)["holds"] >= 1
+
+
+def test_node_says_in_one_line_that_it_sees_no_robot(ros2: Start) -> None:
+    node = ros2("frobs", "ros2", "run", ID, "--namespace", "nobody")
+    node.result(status=2)
+    assert "no node published /nobody/joint_states within 10 s" in "".join(node.errors)

@@ -1,0 +1,64 @@
+"""The simulators ``ros2`` and ``safe``."""
+
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from ros2_processes import Start
+
+from frobs_core.util.errors import ConfigurationError
+
+ID = "frobs/Irb120Reach-v0"
+
+
+@pytest.mark.needs("ros2")
+def test_policy_acts_on_a_robot_behind_topics(ros2: Start) -> None:
+    ros2("frobs", "ros2", "serve", ID).wait_for("serving")
+    result = ros2("node", "use_simulator.py", ID).result()
+    assert result["successes"] >= 1
+    assert result["homing_error"] < 0.05
+    assert 0.0 <= result["measurement_age"] < 5.0
+    assert result["missed"] >= 0.0
+
+
+@pytest.mark.needs("ros2", "rendering")
+def test_images_come_from_topics(ros2: Start) -> None:
+    ros2("frobs", "ros2", "serve", ID).wait_for("serving")
+    result = ros2("node", "use_simulator.py", ID, "--image").result()
+    shape, contrast = result["image"]
+    assert shape == [1, 48, 64, 3]
+    assert contrast > 5.0
+
+
+def test_rules_protect_any_paced_simulation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[3] / "tests" / "contracts"))
+    import paced_plugin
+
+    log = tmp_path / "changes.jsonl"
+    settings = {"speed": 0.1, "slow_start": 0.0, "max_age": 60.0, "log": str(log)}
+    kwargs = {"inner": paced_plugin.RECORD, "safety": settings}
+    env: Any = gym.make(f"frobs_core:{ID}", simulator="safe", simulator_kwargs=kwargs, disable_env_checker=True)
+    try:
+        env.reset(seed=0)
+        robot = env.unwrapped.robot
+        before = robot.joint_positions.copy()
+        for _ in range(3):
+            *_, info = env.step(np.ones(6, np.float32))
+        assert np.abs(robot.joint_positions - before).max() <= 4 * 0.04 * 0.1 * robot.velocity_limit.max()
+        assert robot.rules.counts["velocity"] == 3
+        assert '"rule": "velocity"' in log.read_text("utf-8")
+        assert info["frobs/missed_deadlines"] >= 0.0
+        robot.command(np.full((1, 6), np.nan))
+        env.unwrapped.simulation.step(1)
+        assert robot.rules.counts["finite"] == 1
+        env.unwrapped.simulation.hold()
+        assert env.unwrapped.simulation.measurement_age.shape == (1,)
+    finally:
+        env.close()
+
+
+def test_simulator_that_is_not_paced_is_rejected() -> None:
+    with pytest.raises(ConfigurationError, match="not a paced simulator"):
+        gym.make(f"frobs_core:{ID}", simulator="safe", simulator_kwargs={"inner": "mujoco"}, disable_env_checker=True)
