@@ -31,13 +31,12 @@ ARMS = {
     "z1": "example-robot-data/z1_description/urdf/z1.urdf",
 }
 BENT = {"iiwa": {"lbr_iiwa_joint_2": 0.6, "lbr_iiwa_joint_4": -1.2, "lbr_iiwa_joint_6": 0.9}}
-EXHAUSTIVE = (pytest.mark.slow, pytest.mark.exhaustive)
 FAST = ("ur10",)
 STEP, SECONDS = 0.2, 2.0  # [rad], [s]
 
 
-@pytest.mark.parametrize("simulator", sorted(plugins.records("simulator").keys() - {"gazebo"}))
-@pytest.mark.parametrize("arm", [a if a in FAST else pytest.param(a, marks=EXHAUSTIVE) for a in ARMS])
+@pytest.mark.parametrize("simulator", sorted({*plugins.engines()} - {"gazebo"}))
+@pytest.mark.parametrize("arm", [a if a in FAST else pytest.param(a, marks=pytest.mark.slow) for a in ARMS])
 def test_every_joint_of_an_unknown_arm_steps_without_swinging(arm, simulator):
     model = load_model(FILES[ARMS[arm]])
     dof = len(model.joint_names)

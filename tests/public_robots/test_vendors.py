@@ -46,7 +46,6 @@ def test_robots_of_gymnasium_are_built_and_move_as_in_bare_mujoco(file):
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 @pytest.mark.needs("vendors")
 @pytest.mark.parametrize("item", list(models(Path(FOLDER))), ids=lambda item: item[0])
 def test_a_model_of_a_public_repository_ends_as_the_survey_says(item):

@@ -9,15 +9,11 @@ from frobs_core.kernel.robot_config import RobotConfig
 from frobs_core.models import Box, RobotModel, load_model
 from frobs_core.util.errors import UnknownNameError
 from frobs_devkit.doctor.robot import examine_robot
-from frobs_devkit.testing import check_robot, pytest_checks
 from frobs_grippers.plugin import frobs_robots
 
 ARMS = ["irb120", "irb140", "ur5", "panda_arm"]
 FINGERED = {"two_finger_hand": (0.04, 0.73, 70.0, 0.05), "parallel_gripper": (0.0425, 0.9, 100.0, 0.075)}
 """Stroke of a finger [m], mass [kg], force of a finger [N] and its speed [m/s]."""
-
-test_the_kit_on_the_hand = pytest_checks(check_robot("two_finger_hand"))
-test_the_kit_on_the_gripper = pytest_checks(check_robot("parallel_gripper"))
 
 
 def tool(name: str) -> Robot:

@@ -132,7 +132,6 @@ def test_a_robot_lifts_a_cube_and_holds_it_while_it_shakes(robot: str, physics_t
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 @pytest.mark.parametrize("simulator", list(ENGINES))
 @pytest.mark.parametrize("tool", ["two_finger_hand", "parallel_gripper"])
 @pytest.mark.parametrize("arm", ["irb120", "irb140", "ur5", "panda_arm"])

@@ -16,7 +16,7 @@ import frobs_core  # noqa: F401 - registers the IDs
 from frobs_core import plugins
 from frobs_core.util.errors import ModelFileError
 
-SIMULATORS = sorted(plugins.records("simulator").keys() - {"gazebo"})  # which takes seconds to start
+SIMULATORS = sorted(set(plugins.engines()) - {"gazebo"})  # which takes seconds to start
 INERTIAL = '<inertial><mass value="1"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>'
 
 

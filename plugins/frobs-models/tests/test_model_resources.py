@@ -81,9 +81,9 @@ def packages(tmp_path, monkeypatch):
         folder = tmp_path / where
         folder.mkdir(parents=True, exist_ok=True)
         path = folder / "r.urdf"
-        shape = f'<visual><geometry><mesh filename="{uri}"/></geometry></visual>'
+        shape = f'<collision><geometry><mesh filename="{uri}"/></geometry></collision>'
         path.write_text(f'<robot name="r"><link name="a">{shape}</link></robot>')
-        return load_model(path, **options).links[0].visuals[0].geometry.path.relative_to(tmp_path).as_posix()
+        return load_model(path, **options).links[0].collisions[0].geometry.path.relative_to(tmp_path).as_posix()
 
     return mesh
 

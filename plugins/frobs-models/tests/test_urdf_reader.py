@@ -266,7 +266,7 @@ BAD = {
     ),
     "too many links": (robot(*(link(f"l{i}") for i in range(501))), "the robot has 501 links"),
     "two orientations": (arm('<origin rpy="0 0 0" quat_xyzw="0 0 0 1"/>' + LIMIT), "twice"),
-    "negative effort": (arm('<limit lower="0" upper="1" effort="-1" velocity="1"/>'), "negative"),
+    "negative damping": (arm('<limit lower="0" upper="1"/><dynamics damping="-1"/>'), "negative"),
     "NaN": (arm('<origin xyz="0 nan 0"/>' + LIMIT), "not finite"),
     "infinite": (arm('<limit lower="-inf" upper="1" effort="1" velocity="1"/>'), "not finite"),
     "underscore": (arm('<limit lower="-1_0" upper="1_0" effort="1" velocity="1"/>'), 'lower="-1_0" is not one number'),
@@ -301,7 +301,7 @@ BAD = {
         "sizes must be > 0",
     ),
     "missing mesh": (
-        robot(link("a", '<visual><geometry><mesh filename="no.stl"/></geometry></visual>')),
+        robot(link("a", '<collision><geometry><mesh filename="no.stl"/></geometry></collision>')),
         "the mesh 'no.stl' cannot be used",
     ),
     "mesh of an unknown package": (

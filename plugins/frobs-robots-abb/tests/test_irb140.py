@@ -9,7 +9,6 @@ import pytest
 from frobs_core import plugins
 from frobs_core.models import RobotModel, forward_kinematics, home_positions, load_model
 from frobs_core.models.defaults import composite_inertia
-from frobs_devkit.testing import check_robot, pytest_checks
 from frobs_robots_abb.irb140 import IRB140
 
 MASSES = [26.36, 34.56, 15.99, 16.9793, 3.7398, 0.3039, 0.0549]
@@ -53,9 +52,6 @@ def touching(engine: mujoco.MjModel, data: mujoco.MjData, q: np.ndarray) -> set[
     mujoco.mj_forward(engine, data)
     names = [engine.body(body).name for body in engine.geom_bodyid]
     return {frozenset((names[contact.geom1], names[contact.geom2])) for contact in data.contact}
-
-
-test_the_kit = pytest_checks(check_robot("irb140"), allow_inconclusive=False)
 
 
 def test_the_record_leads_to_the_robot() -> None:

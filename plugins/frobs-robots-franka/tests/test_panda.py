@@ -10,7 +10,6 @@ from frobs_core import plugins
 from frobs_core.kernel.env import RobotEnv
 from frobs_core.models import RobotModel, forward_kinematics, home_positions, load_model
 from frobs_devkit.doctor.robot import examine_robot
-from frobs_devkit.testing import check_robot, pytest_checks
 from frobs_robots_franka.panda import PANDA
 from frobs_robots_franka.panda_arm import PANDA_ARM
 from frobs_robots_franka.plugin import frobs_robots
@@ -28,9 +27,6 @@ TABLE = [
     (0.088, 0.0, math.pi / 2),
     (0.0, 0.107, 0.0),
 ]
-
-test_the_kit_on_the_arm = pytest_checks(check_robot("panda_arm"), allow_inconclusive=False)
-test_the_kit_on_the_arm_with_its_hand = pytest_checks(check_robot("panda"), allow_inconclusive=False)
 
 
 @pytest.fixture(scope="module")

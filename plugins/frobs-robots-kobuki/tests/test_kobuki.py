@@ -12,7 +12,6 @@ from frobs_core import plugins
 from frobs_core.contracts import CommandMode
 from frobs_core.description import Body, Contact, Placement, Scene
 from frobs_core.models import Box, Pose, RobotModel, load_model
-from frobs_devkit.testing import check_robot, pytest_checks
 from frobs_robots_kobuki.kobuki import KOBUKI
 from frobs_robots_kobuki.plugin import frobs_robots
 
@@ -22,8 +21,6 @@ SIMULATORS = [
 ]
 CONTROL = 0.2  # [s]
 TOUCHING = ["wheel_left_link", "wheel_right_link", "caster_front_link", "caster_back_link"]
-
-test_robot = pytest_checks(check_robot(KOBUKI))
 
 
 class Driven:

@@ -8,7 +8,6 @@ import pytest
 
 from frobs_core import plugins
 from frobs_core.models import RobotModel, forward_kinematics, home_positions, load_model
-from frobs_devkit.testing import check_robot, pytest_checks
 from frobs_robots_ur.plugin import frobs_robots
 from frobs_robots_ur.ur5 import UR5
 from frobs_robots_ur.ur5_gripper import UR5_GRIPPER
@@ -26,10 +25,6 @@ def model() -> RobotModel:
 def limits(model: RobotModel) -> tuple[np.ndarray, np.ndarray]:
     joints = model.actuated_joints
     return np.array([j.limits.lower for j in joints]), np.array([j.limits.upper for j in joints])
-
-
-test_the_kit = pytest_checks(check_robot("ur5"), allow_inconclusive=False)
-test_the_kit_with_a_gripper = pytest_checks(check_robot("ur5_gripper"), allow_inconclusive=False)
 
 
 def test_the_records_lead_to_the_robots() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from frobs_core.description import DriveGains, EndEffector, Robot
+from frobs_core.description import Camera, DriveGains, EndEffector, Robot
 
 TWO_FINGER_HAND = Robot(
     model="frobs_grippers:models/two_finger_hand.urdf.xacro",
@@ -17,5 +17,8 @@ TWO_FINGER_HAND = Robot(
     armature={"finger_joint": 1.0, "right_finger_joint": 1.0},
     friction={"left_finger": 1.2, "right_finger": 1.2},
     default_controllers={"all": "gripper_delta"},
-    end_effectors={"fingers": EndEffector(tcp="tcp", open={"finger_joint": 0.04}, closed={"finger_joint": 0.0})},
+    end_effectors={
+        "fingers": EndEffector(tcp="tcp", open={"finger_joint": 0.04}, closed={"finger_joint": 0.0}, gap=(0.0, 0.08))
+    },
+    cameras={"wrist": Camera(pos=(-0.08, 0.0, -0.05), target=(-0.04, 0.0, 0.05), fov_y=85.0, frame="tcp")},
 )

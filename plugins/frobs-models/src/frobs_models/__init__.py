@@ -7,11 +7,20 @@ if TYPE_CHECKING:
     from frobs_models.bounds import drawn_points as drawn_points
     from frobs_models.bounds import link_bounds as link_bounds
     from frobs_models.bounds import lowest_points as lowest_points
+    from frobs_models.bounds import random_postures as random_postures
     from frobs_models.bounds import robot_bounds as robot_bounds
     from frobs_models.bounds import shape_points as shape_points
+    from frobs_models.bounds import shapes_points as shapes_points
     from frobs_models.element_kinds import ELEMENTS as ELEMENTS
     from frobs_models.element_kinds import elements as elements
     from frobs_models.fingerprints import fingerprint as fingerprint
+    from frobs_models.grippers.gripper import TURNED as TURNED
+    from frobs_models.grippers.gripper import Gripper as Gripper
+    from frobs_models.grippers.gripper import find_gripper as find_gripper
+    from frobs_models.grippers.gripper import object_clearance as object_clearance
+    from frobs_models.grippers.gripper import object_size as object_size
+    from frobs_models.grippers.space import gripper_space as gripper_space
+    from frobs_models.grippers.statement import StatedGripper as StatedGripper
     from frobs_models.load import ENDINGS as ENDINGS
     from frobs_models.load import open_document as open_document
     from frobs_models.load import read_document as read_document
@@ -26,6 +35,8 @@ if TYPE_CHECKING:
     from frobs_models.mount import attach as attach
     from frobs_models.notes import RULES as RULES
     from frobs_models.notes import Rule as Rule
+    from frobs_models.objects import ObjectModel as ObjectModel
+    from frobs_models.objects import read_object as read_object
     from frobs_models.parameters import WrittenParameters as WrittenParameters
     from frobs_models.resources import Packages as Packages
     from frobs_models.resources import package_name as package_name
@@ -41,6 +52,7 @@ if TYPE_CHECKING:
     from frobs_models.tree import joints_below as joints_below
     from frobs_models.urdf.urdf import read_joint as read_joint
     from frobs_models.urdf.urdf import read_urdf as read_urdf
+    from frobs_models.urdf.writing import urdf_of as urdf_of
     from frobs_models.xacro.files import expand_xacro as expand_xacro
     from frobs_models.xmltree import Element as Element
     from frobs_models.xmltree import parse_numbers as parse_numbers
@@ -51,11 +63,15 @@ _MODULES = {
     "ELEMENTS": "frobs_models.element_kinds",
     "ENDINGS": "frobs_models.load",
     "Element": "frobs_models.xmltree",
+    "Gripper": "frobs_models.grippers.gripper",
     "MeshPart": "frobs_models.meshes.mesh",
+    "ObjectModel": "frobs_models.objects",
     "Packages": "frobs_models.resources",
     "RULES": "frobs_models.notes",
     "Rgba": "frobs_models.meshes.mesh",
     "Rule": "frobs_models.notes",
+    "StatedGripper": "frobs_models.grippers.statement",
+    "TURNED": "frobs_models.grippers.gripper",
     "TranslationTable": "frobs_models.translation",
     "WrittenParameters": "frobs_models.parameters",
     "attach": "frobs_models.mount",
@@ -66,12 +82,17 @@ _MODULES = {
     "drawn_points": "frobs_models.bounds",
     "elements": "frobs_models.element_kinds",
     "expand_xacro": "frobs_models.xacro.files",
+    "find_gripper": "frobs_models.grippers.gripper",
     "fingerprint": "frobs_models.fingerprints",
     "flatten_mimics": "frobs_models.tree",
+    "gripper_space": "frobs_models.grippers.space",
     "joined": "frobs_models.meshes.mesh",
     "joints_below": "frobs_models.tree",
     "link_bounds": "frobs_models.bounds",
     "lowest_points": "frobs_models.bounds",
+    "random_postures": "frobs_models.bounds",
+    "object_clearance": "frobs_models.grippers.gripper",
+    "object_size": "frobs_models.grippers.gripper",
     "open_document": "frobs_models.load",
     "package_name": "frobs_models.resources",
     "packages_below": "frobs_models.resources",
@@ -83,12 +104,15 @@ _MODULES = {
     "read_joint": "frobs_models.urdf.urdf",
     "read_mesh": "frobs_models.meshes.mesh",
     "read_tables": "frobs_models.translation",
+    "read_object": "frobs_models.objects",
     "read_urdf": "frobs_models.urdf.urdf",
     "resolve_path": "frobs_models.resources",
     "robot_bounds": "frobs_models.bounds",
     "scaled": "frobs_models.meshes.mesh",
     "shape_points": "frobs_models.bounds",
+    "shapes_points": "frobs_models.bounds",
     "translate": "frobs_models.translation",
+    "urdf_of": "frobs_models.urdf.writing",
     "write_stl": "frobs_models.meshes.mesh",
 }
 __all__ = [*_MODULES]

@@ -170,3 +170,15 @@ def lowest_points(model: RobotModel, joint_positions: npt.ArrayLike, quat_wxyz: 
             (pos,), (quat,) = model.frame_pose(link.name, positions)
             heights[link.name] = float((upward @ pos + points @ (matrix_from_quat(quat).T @ upward)).min())
     return heights
+
+
+def random_postures(model: RobotModel, count: int) -> Floats:
+    """Return joint positions within the limits, at most half a turn from 0, (count, dof) [rad or m].
+
+    Args:
+        model: Model of the robot.
+        count: Number of postures, which are the same in each call.
+    """
+    limits = [(joint.limits.lower, joint.limits.upper) for joint in model.actuated_joints]
+    low, high = np.clip(np.array(limits).reshape(-1, 2), -np.pi, np.pi).T
+    return np.asarray(np.random.default_rng(0).uniform(low, high, (count, len(limits))))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from pathlib import Path
@@ -27,16 +26,11 @@ def fingerprint(model: RobotModel) -> str:
     Raises:
         ModelFileError: A mesh file cannot be read.
     """
-    content = {"links": list(_plain(model.links)), "joints": list(_plain(model.joints))}
+    content = {"links": _plain(model.links), "joints": _plain(model.joints)}
     return hashlib.sha256(json.dumps(content, sort_keys=True, allow_nan=False).encode()).hexdigest()
 
 
-def _plain(values: Any) -> Iterator[Any]:
-    for value in values:
-        yield _one(value)
-
-
-def _one(value: Any) -> Any:
+def _plain(value: Any) -> Any:
     if isinstance(value, bool) or value is None or isinstance(value, str):
         return value
     if isinstance(value, int | float):
@@ -46,8 +40,8 @@ def _one(value: Any) -> Any:
     if isinstance(value, Path):
         return _file(value)
     if is_dataclass(value) and not isinstance(value, type):
-        return {"": type(value).__name__, **{field.name: _one(getattr(value, field.name)) for field in fields(value)}}
-    return list(_plain(value))
+        return {"": type(value).__name__, **{field.name: _plain(getattr(value, field.name)) for field in fields(value)}}
+    return [_plain(item) for item in value]
 
 
 def _file(path: Path) -> str:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
 from frobs_core.description import ALL, DriveGains, EndEffector, Robot
 from frobs_core.models import RobotModel, Vector3, default_gains, default_tcp, home_positions, joint_path, load_model
 from frobs_core.util.errors import UnsuitableRobotError, check_name
-from frobs_core.util.files import cache_folder, write_text
+from frobs_models.assembled import write_model
+from frobs_models.grippers.loops import without_loops
+from frobs_models.urdf.writing import urdf_of
 
 _NAMED = ("link", "joint", "material", "transmission", "actuator")
 _REFERENCES = {"parent": "link", "child": "link", "mimic": "joint", "gazebo": "reference"}
@@ -20,15 +20,14 @@ _REFERENCES = {"parent": "link", "child": "link", "mimic": "joint", "gazebo": "r
 
 
 def attach(arm: Robot, link: str, tool: Robot, name: str, pos: Vector3, rpy: Vector3) -> Robot:
-    """Return an arm with an attached end effector. See :meth:`frobs_core.description.Robot.attach`."""
-    arm_model, tool_model = (
-        load_model(part.model, xacro_args=part.xacro_args, package_paths=part.package_paths) for part in (arm, tool)
-    )
+    """Return an arm with an attached end effector.
+
+    For the arguments and errors, see :meth:`frobs_core.description.Robot.attach`.
+    """
+    arm, tool = _as_urdf(arm), _as_urdf(tool)
+    arm_model, tool_model = arm.read_model(), tool.read_model()
     links = [item.name for item in arm_model.links]
     check_name(f"link of robot '{arm.name}'", link, links)
-    for part, model in ((arm, arm_model), (tool, tool_model)):
-        if model.format != "urdf":
-            raise UnsuitableRobotError(part.name, "is an MJCF file; only URDF and xacro models can be attached.")
     if tool.groups:
         raise UnsuitableRobotError(
             tool.name,
@@ -57,10 +56,11 @@ def attach(arm: Robot, link: str, tool: Robot, name: str, pos: Vector3, rpy: Vec
     if effector.group:
         groups[name] = tuple(f"{name}_{joint}" for joint in tool_model.joint_names)
     title = f"{arm.name}_{tool.name}"
+    cameras = {key: replace(camera, frame=f"{name}_{camera.frame}") for key, camera in tool.cameras.items()}
     sensors = {key: replace(sensor, frame=f"{name}_{sensor.frame}") for key, sensor in tool.sensors.items()}
     combined = replace(
         arm,
-        model=str(_write(title, _join(arm_model, link, tool_model, name, title, pos, rpy))),
+        model=str(write_model(title, _join(arm_model, link, tool_model, name, title, pos, rpy))),
         name=title,
         xacro_args={},
         package_paths={},
@@ -72,8 +72,18 @@ def attach(arm: Robot, link: str, tool: Robot, name: str, pos: Vector3, rpy: Vec
         groups=groups,
         default_controllers={**_renamed(arm), **controllers},
         end_effectors={**arm.end_effectors, name: effector},
+        cameras={**arm.cameras, **cameras},
     )
     return replace(combined, gains=_gains(combined, arm, arm_model, tool, tool_model, name))
+
+
+def _as_urdf(robot: Robot) -> Robot:
+    """Return the description of a robot whose model is a URDF file."""
+    if (model := robot.read_model()).format == "urdf":
+        return robot
+    motors = {joint.name: joint.armature for joint in model.joints if joint.armature}  # a URDF cannot contain them
+    file = write_model(model.name, ET.tostring(urdf_of(without_loops(model)), encoding="unicode"))
+    return replace(robot, model=str(file), armature={**motors, **robot.armature})
 
 
 def _renamed(arm: Robot) -> dict[str, str]:
@@ -91,23 +101,16 @@ def _join(arm: RobotModel, link: str, tool: RobotModel, name: str, title: str, p
         attribute = _REFERENCES.get(element.tag, "")
         if attribute in element.attrib:
             element.set(attribute, f"{name}_{element.get(attribute)}")
-    mount = ET.SubElement(combined, "joint", {"name": f"{name}_mount", "type": "fixed"})
+    mounted = f"{name}_mount"
+    while any(joint.get("name") == mounted for joint in part.iter("joint")):
+        mounted += "ed"
+    mount = ET.SubElement(combined, "joint", {"name": mounted, "type": "fixed"})
     ET.SubElement(mount, "parent", {"link": link})
     ET.SubElement(mount, "child", {"link": f"{name}_{tool.root}"})
     ET.SubElement(mount, "origin", {"xyz": " ".join(map(repr, pos)), "rpy": " ".join(map(repr, rpy))})
     combined.extend(part)
     ET.indent(combined)
     return ET.tostring(combined, encoding="unicode") + "\n"
-
-
-def _write(title: str, text: str) -> Path:
-    """Write a model file to the cache under a name derived from its content."""
-    digest = hashlib.sha256(text.encode()).hexdigest()[:16]
-    path = cache_folder("assembled") / f"{title}-{digest}.urdf"
-    if not path.exists():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_text(path, text)
-    return path
 
 
 def _gains(

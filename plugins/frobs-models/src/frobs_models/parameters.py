@@ -48,16 +48,19 @@ class WrittenParameters(ABC):
 
     @abstractmethod
     def apply(self, name: str, target: str, mask: Mask | None) -> None:
-        """Apply a written mass, friction, size or gravity to the engine."""
+        """Apply a written mass, friction, size or gravity to the engine.
+
+        For the arguments, see :meth:`frobs_core.contracts.Simulation.write_parameter`.
+        """
 
     def collides(self, target: str) -> bool:
-        """Return whether a scene body or a ``robot/link`` has a shape that can collide."""
+        """Return whether ``target``, a scene body or a ``robot/link``, has a shape that can collide."""
         if target in self._scene.bodies:
             return bool(self._scene.bodies[target].collisions)
         return bool(self._link(target).collisions)
 
     def check_body(self, name: str) -> None:
-        """Verify that a scene body or a ``robot/link`` exists.
+        """Verify that ``name`` is a scene body or a ``robot/link``.
 
         Raises:
             UnknownNameError: The body does not exist.
@@ -66,7 +69,10 @@ class WrittenParameters(ABC):
         check_name("body", name, [*self._scene.bodies, *links])
 
     def read(self, name: str, target: str) -> Floats:
-        """Return a parameter's value in each environment, (num_envs, …)."""
+        """Return a parameter's value in each environment, (num_envs, …).
+
+        For the arguments and errors, see :meth:`frobs_core.contracts.Simulation.parameter`.
+        """
         match name:
             case "stiffness" | "damping":
                 return np.array(self._robot(target).drive_gains()[name == "damping"])
@@ -79,7 +85,14 @@ class WrittenParameters(ABC):
         raise UnknownNameError("parameter", name, self.names)
 
     def write(self, name: str, target: str, values: Floats, mask: Mask | None) -> None:
-        """Change a parameter in the environments selected by ``mask``."""
+        """Change a parameter in the environments selected by ``mask``.
+
+        For the arguments, see :meth:`frobs_core.contracts.Simulation.write_parameter`.
+
+        Raises:
+            UnknownNameError: The parameter or target does not exist.
+            PhysicsParameterError: A value is out of range, or the body's size cannot be changed.
+        """
         check_name("parameter", name, self.names)
         values = np.asarray(values, np.float64)
         if name != "gravity" and not (values >= 0).all():

@@ -89,7 +89,7 @@ class Packages:
         self.file = file
 
     def find(self, name: str) -> Path:
-        """Return the folder of a package.
+        """Return the folder of the package ``name``.
 
         Raises:
             ModelFileError: The package is not found. The error message lists the searched locations.
@@ -151,6 +151,14 @@ class Packages:
         if not file.is_file():
             raise ModelFileError(self.file, f"the file '{uri}' is missing: {file} does not exist.{_beside(file)}")
         return file.resolve()
+
+    def missing(self, uri: str, base: Path) -> Path | None:
+        """Return where the file ``uri`` of a model should be, or None if it exists or its package is unknown."""
+        try:
+            file = self._locate(uri, base)
+        except ModelFileError:
+            return None
+        return None if file.exists() else file
 
     def _locate(self, uri: str, base: Path) -> Path:
         """Return where a file should be: the first place that has it, as the name is written or in another notation."""

@@ -41,7 +41,7 @@ class Element(ElementTree.Element):
         return f'<{self.tag} name="{name}">' if name else f"<{self.tag}>"
 
     def refuse(self, reason: str) -> NoReturn:
-        """Raise a ModelFileError that contains this element, its file and its line."""
+        """Raise a ModelFileError that contains the ``reason``, this element, its file and its line."""
         raise ModelFileError(self.file, f"{self.named()}: {reason}", self.line)
 
     def children(self, *tags: str) -> Iterator[Element]:
@@ -99,6 +99,10 @@ class Element(ElementTree.Element):
         If ``default`` is None, the attribute is required.
         """
         return self.numbers(attribute, 1, default, limit)[0]
+
+    def cap(self, attribute: str) -> float:
+        """Return the number in an attribute, which must be finite or ``inf``. A missing attribute is 0."""
+        return math.inf if self.get(attribute) == "inf" else self.number(attribute, "0")
 
 
 def parse_numbers(text: str) -> tuple[float, ...]:

@@ -9,7 +9,7 @@ jumps by more than 0.25 rad.
 
 from __future__ import annotations
 
-from frobs_core.description import DriveGains, Robot
+from frobs_core.description import Camera, DriveGains, Robot
 
 IRB120 = Robot(
     model="frobs_robots_abb:models/irb120.urdf.xacro",
@@ -36,4 +36,5 @@ IRB120 = Robot(
             "joint_6": 0.13,
         },
     ),
+    cameras={"wrist": Camera(pos=(0.08, 0.0, -0.02), target=(0.0, 0.0, 0.3), fov_y=60.0, frame="tool0")},
 )

@@ -10,7 +10,7 @@ joints by up to 6 mrad.
 
 from __future__ import annotations
 
-from frobs_core.description import DriveGains, Robot
+from frobs_core.description import Camera, DriveGains, Robot
 
 IRB140 = Robot(
     model="frobs_robots_abb:models/irb140.urdf.xacro",
@@ -37,4 +37,5 @@ IRB140 = Robot(
             "joint_6": 0.13,
         },
     ),
+    cameras={"wrist": Camera(pos=(0.1, 0.0, -0.02), target=(0.0, 0.0, 0.3), fov_y=60.0, frame="tool0")},
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from frobs_core.description import DriveGains, Robot
+from frobs_core.description import Camera, DriveGains, Robot
 
 _STIFFNESS = (4000.0, 4000.0, 3000.0, 4000.0, 200.0, 200.0, 40.0)  # [N·m/rad]
 _DAMPING = (
@@ -34,4 +34,5 @@ PANDA_ARM = Robot(
     },
     tcp="panda_tool0",
     gains=DriveGains(stiffness=_by_joint(_STIFFNESS), damping=_by_joint(_DAMPING)),
+    cameras={"wrist": Camera(pos=(-0.09, 0.0, -0.02), target=(0.0, 0.0, 0.3), fov_y=60.0, frame="panda_tool0")},
 )

@@ -8,7 +8,7 @@ m/s². The linear acceleration limit is therefore 1 m/s², and the angular accel
 
 from __future__ import annotations
 
-from frobs_core.description import Bumper, DifferentialDrive, DriveGains, Lidar, Robot
+from frobs_core.description import Bumper, Camera, DifferentialDrive, DriveGains, Lidar, Robot
 
 _SEPARATION = 0.23  # [m]
 
@@ -33,4 +33,5 @@ KOBUKI = Robot(
         "bumper": Bumper(frame="base_link"),  # covers all directions; the real Kobuki's bumper is at the front
     },
     friction={"caster_front_link": 0.0, "caster_back_link": 0.0},
+    cameras={"front": Camera(pos=(0.12, 0.0, 0.16), target=(1.0, 0.0, 0.05), fov_y=60.0, frame="base_link")},
 )

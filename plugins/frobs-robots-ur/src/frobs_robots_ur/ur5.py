@@ -7,7 +7,7 @@ deflects these joints by up to 25 mrad.
 
 from __future__ import annotations
 
-from frobs_core.description import Robot
+from frobs_core.description import Camera, Robot
 
 UR5 = Robot(
     model="frobs_robots_ur:models/ur5.urdf.xacro",
@@ -22,4 +22,5 @@ UR5 = Robot(
         "wrist_2_joint": -1.57,
     },
     tcp="tool0",
+    cameras={"wrist": Camera(pos=(0.08, 0.0, -0.02), target=(0.0, 0.0, 0.3), fov_y=60.0, frame="tool0")},
 )

@@ -196,10 +196,7 @@ def _check_parts(path: Path, count: int) -> None:
 def _check_instances(path: Path, below: Mapping[str, Mapping[str, int]], parts: Mapping[str, int]) -> None:
     """Check the number of parts and empty nodes of a scene, including all repetitions.
 
-    Args:
-        path: The file.
-        below: Nodes and geometries that each node contains, and how often it uses each.
-        parts: Number of parts of each geometry.
+    ``below`` states how often each node contains other nodes and geometries, and ``parts`` the parts of each geometry.
     """
     totals: dict[str, int] = {}
     opened: set[str] = set()

@@ -21,6 +21,9 @@ THICKNESS = 1e-3
 FLAT = 1e-6
 """Extent of a flat mesh across its plane, relative to its largest extent."""
 
+CONVEX = 0.95
+"""Minimum volume of a nearly convex mesh, relative to its convex hull."""
+
 _SETTINGS = {
     "threshold": 0.05,  # maximum concavity of a piece, relative to the size of the mesh
     "max_convex_hull": 64,  # maximum number of pieces
@@ -29,13 +32,14 @@ _SETTINGS = {
     "mcts_iterations": 60,
     "seed": 0,
 }
-_CACHED_AS = ".convex-parts-1"  # version of the settings, which is part of the cache key
+_CACHED_AS = ".convex-parts-2"  # version of the settings, which is part of the cache key
 
 
 def convex_parts(mesh: Mesh) -> tuple[MeshPart, ...]:
     """Return the parts whose convex hulls serve as collision shapes: decomposed pieces or the whole mesh.
 
-    The pieces depend only on the file's content, so they are the same in every simulator. The pieces are cached.
+    If the connected components of a mesh are convex, these components are the pieces. The pieces depend only on the
+    file's content, so they are the same in every simulator. The pieces are cached.
 
     Raises:
         ModelFileError: The mesh cannot be read, or has too many triangles to be decomposed.
@@ -47,7 +51,7 @@ def convex_parts(mesh: Mesh) -> tuple[MeshPart, ...]:
     cache = MeshCache(mesh.path.with_suffix(_CACHED_AS), undivided.vertices.tobytes() + undivided.faces.tobytes())
     parts = cache.load(MeshPart)
     if parts is None:
-        parts = _decompose(mesh, undivided)
+        parts = _convex_components(undivided) or _decompose(mesh, undivided)
         cache.store(parts)
     return tuple(_with_volume(mesh, part) for part in scaled(parts, mesh.scale))
 
@@ -70,6 +74,18 @@ def _with_volume(mesh: Mesh, part: MeshPart) -> MeshPart:
         np.concatenate([part.vertices + shift, part.vertices - shift]),
         np.concatenate([top, top[:, ::-1] + len(part.vertices)]).astype(np.int32),
     )
+
+
+def _convex_components(undivided: MeshPart) -> tuple[MeshPart, ...]:
+    """Return the connected components of a mesh, or nothing if one of them is not nearly convex."""
+    import trimesh
+
+    components = trimesh.Trimesh(undivided.vertices, undivided.faces).split(only_watertight=False)
+    if len(components) > _SETTINGS["max_convex_hull"]:
+        return ()
+    if not all(each.is_volume and each.volume >= CONVEX * each.convex_hull.volume for each in components):
+        return ()
+    return tuple(MeshPart(np.array(each.vertices, float), np.array(each.faces, np.int32)) for each in components)
 
 
 def _decompose(mesh: Mesh, undivided: MeshPart) -> tuple[MeshPart, ...]:

@@ -81,7 +81,7 @@ def scaled(parts: Iterable[MeshPart], scale: tuple[float, float, float]) -> tupl
 
 
 def joined(parts: Iterable[MeshPart]) -> MeshPart:
-    """Return all triangles as one part without a color."""
+    """Return the triangles of all ``parts`` as one part without a color."""
     vertices, faces, count = [], [], 0
     for part in parts:
         vertices.append(part.vertices)

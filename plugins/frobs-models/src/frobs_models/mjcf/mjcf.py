@@ -213,13 +213,9 @@ class _MjcfReader:
         return root
 
     def _body(self, body: Element, parent: str | None, frame: Floats, childclass: str | None) -> None:
-        """Read a body, the joints that connect it to its parent, and its contents.
+        """Read a body, the joints that connect it to its parent (None for the root), and its contents.
 
-        Args:
-            body: The body.
-            parent: Name of the parent link, or None for the root.
-            frame: Reference frame of the body's pose, expressed in the parent link, (7,).
-            childclass: Default class of the body's contents.
+        The pose of the body refers to ``frame``, (7,), which is expressed in the parent link.
         """
         name = body.required("name")
         childclass = body.get("childclass") or childclass

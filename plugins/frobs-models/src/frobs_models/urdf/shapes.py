@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from pathlib import Path
 from typing import TypeAlias
 
 from frobs_core.models import Box, Capsule, Collision, Cylinder, Geometry, Mesh, Pose, Sphere, Visual
@@ -62,15 +63,28 @@ class Shapes:
         return first
 
     def present(self, link: Element, tag: str) -> list[Element]:
-        """Return the ``<visual>`` or ``<collision>`` elements of a link, except spheres with a radius of 0."""
+        """Return the ``<visual>`` or ``<collision>`` elements of a link.
+
+        Spheres with a radius of 0 and visuals whose mesh file is missing are removed from the link.
+        """
         elements = []
         for element in list(link.children(tag)):
             if any(_is_zero(sphere.get("radius", "")) for sphere in element.descendants("sphere")):
                 self.notes.add("empty-shape", link, f"a <{tag}> that contains a sphere of radius 0 is ignored")
                 link.remove(element)
+            elif tag == "visual" and (file := self._missing(element)):
+                self.notes.add("missing-visual", link, f"a visual is not drawn, because {file} does not exist")
+                link.remove(element)
             else:
                 elements.append(element)
         return elements
+
+    def _missing(self, element: Element) -> Path | None:
+        """Return where the mesh file of a ``<visual>`` should be, or None if no file is missing."""
+        files = (mesh.get("filename", "") for mesh in element.descendants("mesh"))
+        return next(
+            (path for uri in files if uri and (path := self.packages.missing(uri, self.packages.file.parent))), None
+        )
 
     def visual(self, element: Element) -> Visual:
         """Read a ``<visual>``."""

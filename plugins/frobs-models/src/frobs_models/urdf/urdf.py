@@ -9,6 +9,7 @@ rules for repairs.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -58,9 +59,17 @@ def read_urdf(root: Element, path: Path, packages: Packages) -> RobotModel:
         )
         for link, element in link_elements.items()
     )
+    _warn_of_missing_visuals(path, notes)
     return RobotModel(
         name=name, path=path, format="urdf", xml=to_text(root), links=links, joints=joints, notes=tuple(notes)
     )
+
+
+def _warn_of_missing_visuals(path: Path, notes: Notes) -> None:
+    missing = [note for note in notes if note.rule == "missing-visual"]
+    if missing:
+        links = ", ".join(dict.fromkeys(note.element for note in missing))
+        warnings.warn(f"{path}: {links}: {missing[0].text}; {len(missing)} in all.", stacklevel=2)
 
 
 def read_joint(element: Element, links: Collection[str], joints: Collection[str]) -> Joint:
@@ -165,10 +174,10 @@ def _limits(element: Element, kind: JointType, notes: Notes) -> JointLimits:
         return JointLimits()
     caps = []
     for attribute in ("velocity", "effort"):
-        cap = _not_negative(limit, attribute)
-        if cap == 0.0:
-            notes.add("no-cap", element, f"the {attribute} limit is 0 or missing, so it is treated as infinite")
-        caps.append(cap or math.inf)
+        cap = limit.cap(attribute)
+        if cap <= 0.0:
+            notes.add("no-cap", element, f"the {attribute} limit is not positive, so it is treated as infinite")
+        caps.append(cap if cap > 0.0 else math.inf)
     unlimited = JointLimits(velocity=caps[0], effort=caps[1])
     lower, upper = limit.number("lower", "0"), limit.number("upper", "0")
     if kind == JointType.CONTINUOUS:

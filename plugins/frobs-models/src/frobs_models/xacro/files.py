@@ -3,8 +3,8 @@
 The PyPI package ``xacro`` expands the macros, but FRobs replaces its evaluation of expressions and its file access.
 Only the package's handling of elements, macros and properties is used. Expressions are evaluated by
 :class:`frobs_models.xacro.expressions.Interpreter`, files are opened by :func:`frobs_core.util.files.read_limited`, and
-the amount of work is limited. Each expansion starts with new symbol tables, so that no file affects the expansion of
-another file. A file can read environment variables (``$(env …)``) and YAML files.
+the amount of work is limited. Each expansion uses its own copy of the package's module, so that no file affects the
+expansion of another file. A file can read environment variables (``$(env …)``) and YAML files.
 """
 
 from __future__ import annotations
@@ -14,10 +14,9 @@ import keyword
 import logging
 import os
 import re
-import threading
 from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from importlib.util import module_from_spec
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -27,14 +26,13 @@ from frobs_core.util.files import UnsuitableFileError, read_limited
 from frobs_models.budgets import BUDGETS
 from frobs_models.resources import Packages
 from frobs_models.xacro.errors import Declarations, choices, explain
-from frobs_models.xacro.expressions import Function, Interpreter
-from frobs_models.xacro.library import METHODS, XACRO, eval_names, global_names
+from frobs_models.xacro.expressions import Interpreter
+from frobs_models.xacro.library import eval_names, global_names
 from frobs_models.xacro.limits import Budget
 from frobs_models.xmltree import parse_xml, read_bytes
 
 _log = logging.getLogger("frobs")
 
-_LOCK = threading.Lock()  # xacro stores its state in module globals
 _BALANCED = r"(?:[^()]++|\((?:[^()]++|\((?:[^()]++|\([^()]*+\))*+\))*+\))*+"  # up to three calls in calls
 _TOKENS = re.compile(
     r"(?P<escaped>\$\$+[{(])|\$\{(?P<expression>[^}]*)\}|"
@@ -70,22 +68,17 @@ def expand_xacro(path: Path, arguments: Mapping[str, str], packages: Packages) -
             property, package or file that does not exist, uses an unsupported expression, or exceeds a limit. This
             error is also raised if an argument is missing or not declared.
     """
-    import xacro
-
     seen = Declarations()
-    with _LOCK, _Expansion(xacro, path, seen, packages).installed():
-        xacro.init_stacks(str(path))
-        try:
-            document = xacro.parse(None, str(path))
-            xacro.process_doc(document, mappings={k: str(v) for k, v in arguments.items()}, verbosity=0)
-            text = str(document.documentElement.toxml())
-        except ModelFileError:
-            raise
-        except Exception as error:  # xacro raises many types of exceptions, including RuntimeError and KeyError
-            where = Path((xacro.filestack or [str(path)])[-1])
-            raise explain(error, where, seen) from error
-        finally:
-            xacro.init_stacks(None)
+    xacro = _Expansion(path, seen, packages).xacro
+    xacro.init_stacks(str(path))
+    try:
+        document = xacro.parse(None, str(path))
+        xacro.process_doc(document, mappings={k: str(v) for k, v in arguments.items()}, verbosity=0)
+        text = str(document.documentElement.toxml())
+    except ModelFileError:
+        raise
+    except Exception as error:  # xacro raises many types of exceptions, including RuntimeError and KeyError
+        raise explain(error, Path((xacro.filestack or [path])[-1]), seen) from error
     for name in arguments:
         if name not in seen.arguments:
             raise ModelFileError(path, f"has no xacro argument '{name}'.{choices(name, seen.arguments)}")
@@ -93,54 +86,41 @@ def expand_xacro(path: Path, arguments: Mapping[str, str], packages: Packages) -
 
 
 class _Expansion:
-    """Expansion of one file and of the files that it includes.
+    """Expansion of one file and of the files that it includes, whose declarations ``seen`` collects.
 
-    Args:
-        xacro: The xacro module.
-        path: The file.
-        seen: Object that collects the declarations in the files.
-        packages: Locations of packages for ``$(find …)``.
+    Attributes:
+        xacro: A copy of the xacro module in which methods of this object replace some functions.
     """
 
-    def __init__(self, xacro: Any, path: Path, seen: Declarations, packages: Packages) -> None:
-        from xacro import substitution_args
+    def __init__(self, path: Path, seen: Declarations, packages: Packages) -> None:
+        from xacro.substitution_args import convert_value
 
-        self._xacro, self._seen, self._packages = xacro, seen, packages
-        self._convert = substitution_args.convert_value
+        self.xacro = _copy_of_xacro()
+        self._seen, self._packages, self._convert = seen, packages, convert_value
         self._budget = Budget(path)
-        self._machine = Interpreter(self._budget, METHODS, xacro.NameSpace)
-        self._eval_names = {**eval_names(), **_as_functions(self._eval_functions())}
-        self._globals = global_names({**XACRO, **_as_functions(self._file_functions())})
-
-    @contextmanager
-    def installed(self) -> Iterator[None]:
-        """Replace xacro's functions and tables with the attributes of this object while the context is active."""
-        from xml.dom import minidom
-
-        implementation = minidom.getDOMImplementation()
-        assert implementation is not None
-        patches = {
-            "_global_symbols": self._globals,
-            "_empty_text_node": implementation.createDocument(None, "dummy", None).createTextNode("\n\n"),
-            "substitution_args_context": {},
-            "all_includes": [],
-            "parse": self._parse,
-            "eval_text": self._eval_text,
-            "safe_eval": self._machine.evaluate,
-            "eval_extension": self._extension,
-            "get_include_files": self._include_files,
-            "parse_macro_arg": self._parse_parameter,
-            "is_valid_name": lambda name: name.isidentifier() and not keyword.iskeyword(name),
-            "replace_node": self._replace_node,
-        }
-        originals = {name: getattr(self._xacro, name) for name in patches}
-        try:
-            for name, value in patches.items():
-                setattr(self._xacro, name, value)
-            yield
-        finally:
-            for name, value in originals.items():
-                setattr(self._xacro, name, value)
+        self._machine = Interpreter(self._budget, self.xacro.NameSpace)
+        self._eval_names = eval_names(
+            self._budget,
+            {
+                "find": self._find,
+                "env": _env,
+                "optenv": lambda name, default="": os.environ.get(name, default),
+                "dirname": lambda _=None: self._dirname(),
+                "arg": lambda name: self._converted(self._arg(name)),
+            },
+        )
+        self._globals = global_names(self._budget, self._file_functions())
+        vars(self.xacro).update(
+            _global_symbols=self._globals,
+            parse=self._parse,
+            eval_text=self._eval_text,
+            safe_eval=self._machine.evaluate,
+            eval_extension=self._extension,
+            get_include_files=self._include_files,
+            parse_macro_arg=self._parse_parameter,
+            is_valid_name=lambda name: name.isidentifier() and not keyword.iskeyword(name),
+            replace_node=self._replace_node,
+        )
 
     def _parse(self, _: Any, filename: str) -> Any:
         """Parse a file into a document that counts its copied nodes."""
@@ -152,9 +132,9 @@ class _Expansion:
         except UnsuitableFileError as error:
             raise ModelFileError(file, f"cannot be read: {error.strerror}.") from error
         except OSError as error:
-            self._xacro.filestack.pop()
+            self.xacro.filestack.pop()
             # <xacro:include optional="true"> ignores exceptions of this class with this cause
-            raise self._xacro.XacroException(f"{error.strerror}: {file}", exc=error) from error
+            raise self.xacro.XacroException(f"{error.strerror}: {file}", exc=error) from error
         self._budget.spend(_PER_TAG * text.count(b"<") + len(text) // _BYTES_PER_UNIT)
         self._budget.meter.spend("included files")
         # parse_xml rejects document types and reports the line numbers of errors
@@ -201,7 +181,7 @@ class _Expansion:
         while at < len(text):
             match = _TOKENS.match(text, at)
             if match is None:
-                raise self._xacro.XacroException("invalid expression: " + text[at:])
+                raise self.xacro.XacroException("invalid expression: " + text[at:])
             at = match.end()
             if match["escaped"]:
                 value: Any = match["escaped"][1:]
@@ -228,7 +208,7 @@ class _Expansion:
         except ModelFileError:
             raise
         except Exception as error:
-            raise self._xacro.XacroException(
+            raise self.xacro.XacroException(
                 exc=error, suffix=f"{os.linesep}when evaluating expression '{text}'"
             ) from error
 
@@ -247,7 +227,7 @@ class _Expansion:
         except ModelFileError:
             raise
         except Exception as error:
-            raise self._xacro.XacroException(f"{text}: {error}", exc=error) from error
+            raise self.xacro.XacroException(f"{text}: {error}", exc=error) from error
 
     def _substitute(self, command: str, given: list[str]) -> str:
         if command not in ("arg", "env", "optenv", "find", "dirname"):
@@ -258,15 +238,9 @@ class _Expansion:
             return self._dirname()
         if not given or (len(given) > 1 and command != "optenv"):
             raise ValueError(f"$({command} …) requires exactly one name")
-        name = given[0]
-        match command:
-            case "arg":
-                return str(self._arg(name))
-            case "env":
-                return _env(name)
-            case "optenv":
-                return os.environ.get(name, " ".join(given[1:]))
-        return self._find(name)
+        if command == "optenv":
+            return os.environ.get(given[0], " ".join(given[1:]))
+        return str({"arg": self._arg, "env": _env, "find": self._find}[command](given[0]))
 
     def _eval(self, expression: str) -> str:
         """Return the value of ``$(eval …)``, in which the file's arguments can be used as names."""
@@ -278,26 +252,16 @@ class _Expansion:
         except ModelFileError:
             raise
         except Exception as error:
-            raise self._xacro.XacroException(
+            raise self.xacro.XacroException(
                 f"{type(error).__name__}: {error}", f"{os.linesep}when evaluating '{expression}'", error
             ) from error
-
-    def _eval_functions(self) -> dict[str, Callable[..., Any]]:
-        """Return the functions that ``$(eval …)`` can call and whose results depend on the file."""
-        return {
-            "find": self._find,
-            "env": _env,
-            "optenv": lambda name, default="": os.environ.get(name, default),
-            "dirname": lambda _=None: self._dirname(),
-            "arg": lambda name: self._converted(self._arg(name)),
-        }
 
     def _converted(self, text: str) -> Any:
         self._budget.check_length(len(text))
         return self._convert(text, "auto")
 
     def _arguments(self) -> dict[str, str]:
-        arguments: dict[str, str] = self._xacro.substitution_args_context.get("arg", {})
+        arguments: dict[str, str] = self.xacro.substitution_args_context.get("arg", {})
         return arguments
 
     def _arg(self, name: str) -> str:
@@ -305,25 +269,25 @@ class _Expansion:
         try:
             return str(self._arguments()[name])
         except KeyError as error:
-            raise self._xacro.XacroException("Undefined substitution argument", exc=error) from None
+            raise self.xacro.XacroException("Undefined substitution argument", exc=error) from None
 
     def _find(self, package: str) -> str:
         return str(self._packages.find(package))
 
     def _dirname(self) -> str:
-        return str(Path(self._xacro.filestack[-1]).absolute().parent)
+        return str(Path(self.xacro.filestack[-1]).absolute().parent)
 
     def _file_functions(self) -> dict[str, Callable[..., Any]]:
         """Return the functions of the namespace ``xacro`` that depend on the file."""
 
         def fatal(*words: Any) -> None:
-            raise self._xacro.XacroException(" ".join(map(str, words)))
+            raise self.xacro.XacroException(" ".join(map(str, words)))
 
         def message(level: int) -> Callable[..., str]:
             def write(*words: Any, **_: Any) -> str:
                 self._budget.spend(_PER_MESSAGE)
                 text = _UNPRINTABLE.sub("?", " ".join(map(str, words)))[:500]
-                _log.log(level, "%s: %s", self._xacro.filestack[-1], text)
+                _log.log(level, "%s: %s", self.xacro.filestack[-1], text)
                 return ""
 
             return write
@@ -340,7 +304,7 @@ class _Expansion:
         }
 
     def _absolute(self, name: str) -> str:
-        return str(self._xacro.abs_filename_spec(name))
+        return str(self.xacro.abs_filename_spec(name))
 
     def _load_yaml(self, name: str) -> Any:
         from frobs_models.xacro.yaml import load_yaml  # imported here because models without macros do not need PyYAML
@@ -426,13 +390,17 @@ class _Expansion:
         node.parentNode = node.previousSibling = node.nextSibling = None
 
 
-class _Converted(dict[str, Any]):
-    """The file's arguments, converted to numbers or booleans if possible.
+def _copy_of_xacro() -> Any:
+    """Return a new copy of the xacro module, which stores its state in module globals."""
+    from xacro import __spec__ as spec
 
-    Args:
-        values: The arguments.
-        convert: Function that converts a value.
-    """
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+class _Converted(dict[str, Any]):
+    """The file's arguments, which a function converts to numbers or booleans if possible."""
 
     def __init__(self, values: Mapping[str, str], convert: Callable[[str], Any]) -> None:
         super().__init__()
@@ -440,13 +408,6 @@ class _Converted(dict[str, Any]):
 
     def __missing__(self, name: str) -> Any:
         return self._convert(self._values[name])
-
-
-def _as_functions(functions: Mapping[str, Callable[..., Any]]) -> dict[str, Function]:
-    return {
-        name: Function(name, lambda _, *args, f=call, **keywords: f(*args, **keywords))
-        for name, call in functions.items()
-    }
 
 
 def _env(name: str) -> str:

@@ -15,6 +15,7 @@ MAX_INTEGER = 2**63
 _STEPS = BUDGETS["robot file"]["xacro steps"]
 _VALUES = BUDGETS["robot file"]["values of one list"]
 _CHARACTERS_PER_UNIT = 16
+_PER_COMPLEX = 100  # complex numbers can have the same hash, so that sets of them take quadratic time
 _CONTAINERS = (list, tuple, set, frozenset, dict)
 
 
@@ -67,10 +68,14 @@ class Budget:
         self.spend(count)
 
     def weigh(self, value: Any) -> int:
-        """Return the size of a value, including nested values, and count the size as work."""
+        """Return the size of a value, including nested values, and count the size as work.
+
+        Raises:
+            ModelFileError: The size, or the absolute value of an integer, exceeds the limit.
+        """
         if type(value) is int and not -MAX_INTEGER < value < MAX_INTEGER:
             self.refuse("an integer exceeds the limit of 2**63")
-        if not isinstance(value, (str, *_CONTAINERS)):
+        if not isinstance(value, (str, range, *_CONTAINERS)):
             return 1
         weight, waiting = 0, [(value, 0)]
         while waiting:
@@ -79,6 +84,10 @@ class Budget:
             if isinstance(found, str):
                 weight += len(found) // _CHARACTERS_PER_UNIT
                 self.meter.check("characters of one text", len(found))
+            elif isinstance(found, range):
+                weight += len(found) // _CHARACTERS_PER_UNIT  # a call can iterate over the range
+            elif isinstance(found, complex):
+                weight += _PER_COMPLEX
             elif isinstance(found, _CONTAINERS):
                 self.meter.check("levels of nested lists", depth)
                 self.meter.check("values of one list", weight + len(found))

@@ -13,7 +13,7 @@ import yaml
 from frobs_core.util.budgets import BUDGETS
 from frobs_core.util.files import read_limited
 from frobs_core.util.yaml import LimitedLoader
-from frobs_models.xacro.expressions import YamlDict
+from frobs_models.xacro.library import YamlDict
 from frobs_models.xacro.limits import Budget
 
 _UNITS = {
@@ -75,15 +75,15 @@ def _plain(value: Any, budget: Budget, depth: int) -> Any:
     budget.spend(1)
     budget.meter.check("levels of nested lists", depth)
     if isinstance(value, dict):
-        return YamlDict({key: _plain(item, budget, depth + 1) for key, item in value.items()})
-    if isinstance(value, (list, tuple)):
+        return YamlDict({_plain(key, budget, depth): _plain(item, budget, depth + 1) for key, item in value.items()})
+    if isinstance(value, (list, tuple, set)):
         return type(value)(_plain(item, budget, depth + 1) for item in value)
     if isinstance(value, datetime.date):
         return str(value)
-    if isinstance(value, set):
-        return set(value)
     if isinstance(value, str):
         budget.check_length(len(value))
-    elif value is not None and not isinstance(value, (bool, int, float)):
+    elif isinstance(value, int):
+        budget.weigh(value)
+    elif value is not None and not isinstance(value, float):
         raise ValueError(f"a YAML file contains a {type(value).__name__}, which is not plain data")
     return value
