@@ -40,6 +40,7 @@ class Spaces:
     """The spaces of an environment."""
 
     def __init__(self, observation: gym.Space[Any], action: gym.Space[Any] | None = None) -> None:
+        self.num_envs = 1
         self.single_observation_space = observation
         self.single_action_space = action or gym.spaces.Box(np.float32([-1.0, -2.0]), np.float32([1.0, 6.0]))
 
@@ -71,6 +72,7 @@ def shown(space: Spaces, n: int = 40, episode: int = 10) -> Demonstrations:
         next_observation=observation,
         terminated=zeros > 0,
         episode_start=start,
+        intervention=zeros == 0,
         complete=zeros > 0,
     )
 
@@ -78,7 +80,7 @@ def shown(space: Spaces, n: int = 40, episode: int = 10) -> Demonstrations:
 def untrained(cls: Any, spaces: Any, config: dict[str, Any], seed: int) -> Any:
     """Return an algorithm without demonstrations."""
     algorithm = cls.__new__(cls)
-    algorithm._build(spaces, spaces.single_observation_space, spaces.single_action_space, cls._settings(config), seed)
+    algorithm._build(spaces, cls.resolve_config(config), seed, None)
     return algorithm
 
 
@@ -295,8 +297,8 @@ def test_bad_settings_are_named(algorithm: str, settings: list[str], message: st
 
 
 def test_spaces_that_cannot_be_learned_are_named() -> None:
-    with pytest.raises(IncompatibleSpaceError, match="cameras"):
-        BC(Spaces(gym.spaces.Box(0, 255, (8, 8, 3), np.uint8)), {}, seed=0)  # type: ignore[arg-type]
+    with pytest.raises(IncompatibleSpaceError, match="vectors and color pictures"):
+        BC(Spaces(gym.spaces.Discrete(3)), {}, seed=0)  # type: ignore[arg-type]
     with pytest.raises(ConfigurationError, match="bounds"):
         BC(Spaces(VECTOR.single_observation_space, gym.spaces.Discrete(3)), {}, seed=0)  # type: ignore[arg-type]
 

@@ -89,8 +89,8 @@ def test_pictures_are_those_of_the_scene() -> None:
 
 
 def test_a_camera_that_does_not_exist_is_named() -> None:
-    with pytest.raises(UnknownNameError, match=r"'wrist'\. Available: overview"):
-        make("PandaLift-v0", cameras=["wrist"])
+    with pytest.raises(UnknownNameError, match=r"'desk'\. Available: overview, wrist"):
+        make("PandaLift-v0", cameras=["desk"])
 
 
 def test_actions_that_are_not_vectors_are_rejected() -> None:

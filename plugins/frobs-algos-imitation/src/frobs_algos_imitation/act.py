@@ -34,7 +34,7 @@ class ACT(BC):
         make: Any = self._make_network
         return ImitationPolicy(self.observation_space, space, make, config.history, config.chunk, config.ensemble)  # type: ignore[arg-type]
 
-    def _make_network(self, frame: int, action: int) -> nn.Module:
+    def _make_network(self, frame: int, action: int, points: int) -> nn.Module:
         config = self._config
         layers = config.encoder_layers, config.decoder_layers
-        return ChunkTransformer(config.history, frame, action, config.chunk, config.width, config.heads, layers)
+        return ChunkTransformer(config.history, frame, action, points, config.chunk, config.width, config.heads, layers)

@@ -6,76 +6,43 @@ import math
 from abc import abstractmethod
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import torch as th
 
-from frobs_algos import storage
-from frobs_algos.spaces import space_from_json, space_to_json
-from frobs_algos_imitation.config import ImitationConfig
+from frobs_algos import demonstrations, storage
+from frobs_algos.algorithm import PolicyAlgorithm
+from frobs_algos.spaces import subspaces
 from frobs_algos_imitation.networks import Perceptron
+from frobs_algos_imitation.pictures import augmented, check_pictures, is_picture
 from frobs_algos_imitation.policy import ImitationPolicy
-from frobs_algos_imitation.samples import Samples, in_order
-from frobs_core.contracts import Algorithm
+from frobs_algos_imitation.samples import Samples
+from frobs_core.contracts import TrainingMonitor
 from frobs_core.description import Observation
 from frobs_core.util.arrays import Action, Mask
-from frobs_core.util.errors import (
-    CheckpointError,
-    IncompatibleSpaceError,
-    ModelMismatchError,
-    NonFiniteValueError,
-    RunError,
-)
-from frobs_core.util.validation import validate
-
-FORMAT = 1
-"""Version of the file format that :meth:`ImitationAlgorithm.save` writes."""
+from frobs_core.util.errors import ConfigurationError, IncompatibleSpaceError, NonFiniteValueError
 
 
-class ImitationAlgorithm(Algorithm):
+class ImitationAlgorithm(PolicyAlgorithm):
     """Base class of algorithms that fit a network to actions.
 
     Attributes:
-        name: Name in the algorithm's record.
-        config_model: Pydantic model of the accepted settings.
         policy: The policy.
         steps: Number of training steps so far.
         samples: Samples collected so far, or None.
     """
 
-    name: ClassVar[str]
-    config_model: ClassVar[type[ImitationConfig]]
-
     policy: ImitationPolicy
     steps: int
     samples: Samples | None
 
-    def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any], seed: int) -> None:
-        self._build(env, env.single_observation_space, env.single_action_space, self._settings(config), seed)
-
-    @classmethod
-    def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
-        """Return validated settings with all defaults added."""
-        settings: dict[str, Any] = cls._settings(config).model_dump(mode="json")
-        return settings
-
-    @classmethod
-    def _settings(cls, config: Mapping[str, Any]) -> Any:
-        return validate(cls.config_model, config, f"algorithm '{cls.name}'")
-
     def _build(
-        self,
-        env: gym.vector.VectorEnv[Any, Any, Any] | None,
-        observation_space: gym.Space[Any],
-        action_space: gym.Space[Any],
-        config: Any,
-        seed: int,
+        self, env: gym.vector.VectorEnv[Any, Any, Any], config: Any, seed: int, scale: list[float] | None
     ) -> None:
-        self._check_spaces(observation_space, action_space)
-        self.observation_space, self.action_space = observation_space, action_space
-        self._env, self._config, self._seed = env, config, seed
+        super()._build(env, config, seed, scale)
+        self._check_spaces(self.observation_space, self.action_space)
         self.steps, self.samples = 0, None
         th.set_num_threads(config.torch_threads)
         self._generator = th.Generator().manual_seed(seed)
@@ -88,17 +55,22 @@ class ImitationAlgorithm(Algorithm):
         space: Any = self.action_space
         return ImitationPolicy(self.observation_space, space, self._make_network, self._config.history)
 
-    def _make_network(self, frame: int, action: int) -> th.nn.Module:
-        return Perceptron(self._config.history, frame, action, self._config.net_arch)
+    def _make_network(self, frame: int, action: int, points: int) -> th.nn.Module:
+        return Perceptron(self._config.history, frame, action, points, self._config.net_arch)
 
     def _check_spaces(self, observation: gym.Space[Any], action: gym.Space[Any]) -> None:
         owner = f"algorithm '{self.name}'"
-        parts = observation.spaces.values() if isinstance(observation, gym.spaces.Dict) else [observation]
-        if not all(isinstance(part, gym.spaces.Box) and len(part.shape) == 1 for part in parts):
+        parts = subspaces(observation)
+        pictures = {name: part for name, part in parts.items() if is_picture(part)}
+        if not all(
+            isinstance(part, gym.spaces.Box) and (len(part.shape) == 1 or name in pictures)
+            for name, part in parts.items()
+        ):
             raise IncompatibleSpaceError(
-                owner, observation, f"learns only from vectors, but the observation space is {observation}; leave "
-                "out the cameras."
+                owner, observation, f"learns from vectors and color pictures, but the observation space is {observation}; "
+                "leave out other parts."
             )  # fmt: skip
+        check_pictures(owner, pictures)
         if not isinstance(action, gym.spaces.Box) or not action.is_bounded():
             raise IncompatibleSpaceError(
                 owner, action, f"requires actions with finite bounds, but the action space is {action}; choose another "
@@ -113,8 +85,7 @@ class ImitationAlgorithm(Algorithm):
         deterministic: bool = True,
     ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
         """Return actions for a batch of observations, and the next state. The policy is always deterministic."""
-        ordered = in_order(observation, self.observation_space)
-        parts = [*ordered.values()] if isinstance(ordered, dict) else [ordered]
+        parts = [observation[key] for key in self.policy.spaces] if isinstance(observation, dict) else [observation]
         inputs, n = [th.as_tensor(np.ascontiguousarray(part)) for part in parts], len(parts[0])
         if shapes := self.policy.state_shapes:
             given = [np.zeros((n, *shape), np.float32) for shape in shapes] if state is None else state
@@ -125,16 +96,52 @@ class ImitationAlgorithm(Algorithm):
             action, *following = (part.numpy() for part in self.policy(*inputs))
         return action.astype(self.action_space.dtype, copy=False), tuple(following) or None
 
-    def export_onnx(self) -> bytes:
-        """Return the policy as an ONNX graph."""
-        from frobs_algos.onnx import export_graph  # imported here because importing the tracer is slow
+    def remembered(
+        self, state: tuple[np.ndarray[Any, Any], ...] | None, action: Action
+    ) -> tuple[np.ndarray[Any, Any], ...] | None:
+        """Return the state with another previous action."""
+        if state is None or self._config.history == 1:
+            return state
+        return (state[0], np.asarray(action, np.float32).reshape(len(action), -1), *state[2:])
 
-        return export_graph(lambda: self.policy)
+    def _samples_of(self, source: str, episodes: int, mapping: str | None = None) -> Samples:
+        """Return the samples of a data set, or of the episodes that a policy plays.
 
-    def _training_env(self) -> gym.vector.VectorEnv[Any, Any, Any]:
-        if self._env is None:
-            raise RunError("this algorithm was loaded for prediction only; load it with an environment to train it.")
-        return self._env
+        Raises:
+            ConfigurationError: A person acted in no step of the data set.
+        """
+        shown = demonstrations.load(source, self._require_env(), episodes, self._seed, mapping)
+        th.set_num_threads(self._config.torch_threads)  # opening a trained policy may change it
+        if not shown.intervention.any():
+            raise ConfigurationError(f"{source} contains no step in which a person acted; record some with --takeover.")
+        frames, pictures = self.policy.split(shown.observation)
+        action = shown.action if self._config.history > 1 else None
+        return Samples.of(frames, action, shown.action, shown.episode_start, shown.intervention, pictures)
+
+    def _train_by_updates(self, steps: int, monitor: TrainingMonitor) -> None:
+        """Fit the network to the samples until the total number of updates, which are steps, reaches ``steps``."""
+        self._require_env()
+        total, count = 0.0, 0
+        while self.steps < steps:
+            total, count = total + self._update(self.steps / steps), count + 1
+            self.steps += 1
+            if not monitor.is_due(self.steps) and self.steps < steps:
+                continue
+            go_on = monitor.on_progress(self.steps, {f"{self.name}/loss": total / count})
+            total, count = 0.0, 0
+            monitor.offer_checkpoint(self.steps, self.save)
+            if not go_on:
+                return
+
+    @property
+    def _network(self) -> ImitationPolicy:
+        return self.policy
+
+    def _policy_graph(self) -> ImitationPolicy:
+        return self.policy
+
+    def _progress(self) -> dict[str, Any]:
+        return {"steps": self.steps}
 
     @property
     @abstractmethod
@@ -144,22 +151,22 @@ class ImitationAlgorithm(Algorithm):
     def _begin_fit(self) -> None:
         """Start with a new optimizer."""
         self._optimizer = th.optim.AdamW(
-            self.policy.parameters(), self._config.learning_rate, weight_decay=self._config.weight_decay
+            self.policy.parameters(), self._config.learning_rate, weight_decay=self._config.weight_decay, fused=True
         )
 
     def _update(self, progress: float) -> float:
-        """Update the network once, and return the loss.
-
-        Args:
-            progress: Share of the updates that are done, in [0, 1).
-        """
+        """Update the network once, and return the loss. ``progress`` is the share of updates done, in [0, 1)."""
         assert self.samples is not None
         config, samples = self._config, self.samples
-        indices = th.randint(len(samples), (config.batch_size,), generator=self._generator)
+        indices = samples.rows[th.randint(len(samples.rows), (config.batch_size,), generator=self._generator)]
         windows, labels, valid = samples.batch(indices, config.history, self._chunk)
         for group in self._optimizer.param_groups:
             group["lr"] = 0.5 * config.learning_rate * (1.0 + math.cos(math.pi * progress))
-        error = (self.policy.predictions(windows) - self.policy.scaled(labels)).abs().mean(-1)
+        pictures = [
+            augmented(each, config.image_shift, config.image_color, self._generator)
+            for each in samples.pictures(indices)
+        ]
+        error = (self.policy.predictions(windows, pictures) - self.policy.scaled(labels)).abs().mean(-1)
         loss = (error * valid).sum() / valid.sum()
         self._optimizer.zero_grad()
         loss.backward()  # type: ignore[no-untyped-call]
@@ -173,7 +180,7 @@ class ImitationAlgorithm(Algorithm):
 
     def save(self, folder: Path, previous: Path | None = None) -> None:
         """Save the policy, the samples, the optimizer and the random state."""
-        self.save_policy(folder)
+        super().save(folder, previous)
         storage.write_tensors(
             folder / "training.pt",
             {"optimizer": self._optimizer.state_dict(), "generator": self._generator.get_state()},
@@ -181,51 +188,15 @@ class ImitationAlgorithm(Algorithm):
         if self.samples is not None:
             self.samples.write(folder / "samples", None if previous is None else previous / "samples")
 
-    def save_policy(self, folder: Path) -> None:
-        """Save only the policy: ``algorithm.json`` and the network."""
-        content = {
-            "format": FORMAT,
-            "algorithm": self.name,
-            "config": self._config.model_dump(mode="json"),
-            "seed": self._seed,
-            "steps": self.steps,
-            "observation_space": space_to_json(self.observation_space),
-            "action_space": space_to_json(self.action_space),
-        }
-        storage.write_json(folder / "algorithm.json", content)
-        weights = self.policy.state_dict()
-        storage.check_networks(f"algorithm '{self.name}'", weights)
-        storage.write_tensors(folder / "policy.pt", weights)
-
-    @classmethod
-    def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
-        """Load an algorithm from a folder that :meth:`save` wrote. If ``env`` is given, training can continue."""
-        saved = storage.read_saved(folder, cls.name, FORMAT)
-        algorithm = cls.__new__(cls)
-        try:
-            spaces = space_from_json(saved["observation_space"]), space_from_json(saved["action_space"])
-            if env is not None:
-                _check_same(spaces, (env.single_observation_space, env.single_action_space))
-            algorithm._build(env, *spaces, cls._settings(saved["config"]), int(saved["seed"]))
-            algorithm.steps = int(saved["steps"])
-            weights = storage.read_tensors(folder / "policy.pt")
-            storage.check_networks(folder / "policy.pt", weights)
-            algorithm.policy.load_state_dict(weights)
-            if env is not None:
-                algorithm._restore_training(folder)
-        except (KeyError, TypeError, ValueError, RuntimeError) as error:
-            raise CheckpointError(f"{folder} is damaged: {type(error).__name__}: {error}.") from error
-        return algorithm
-
-    def _restore_training(self, folder: Path) -> None:
-        saved = storage.read_tensors(folder / "training.pt")
-        self._optimizer.load_state_dict(saved["optimizer"])
-        self._generator.set_state(saved["generator"])
+    def _restore(self, folder: Path, saved: Mapping[str, Any], continuing: bool) -> None:
+        super()._restore(folder, saved, continuing)
+        self.steps = int(saved["steps"])
+        if not continuing:
+            return
+        path = folder / "training.pt"
+        with storage.matching(path):
+            training = storage.read_tensors(path)
+            self._optimizer.load_state_dict(training["optimizer"])
+            self._generator.set_state(training["generator"])
         if (folder / "samples").is_dir():
             self.samples = Samples.read(folder / "samples")
-
-
-def _check_same(saved: tuple[gym.Space[Any], gym.Space[Any]], given: tuple[gym.Space[Any], gym.Space[Any]]) -> None:
-    for what, old, new in zip(("observation_space", "action_space"), saved, given, strict=True):
-        if old != new:
-            raise ModelMismatchError("the training run", what, old, new)

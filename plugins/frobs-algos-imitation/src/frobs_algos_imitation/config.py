@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
+from typing import Annotated
 
-from frobs_algos.settings import Settings
+from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt
+
+from frobs_algos.settings import Fraction, Settings
 
 
 class ImitationConfig(Settings):
@@ -17,6 +19,8 @@ class ImitationConfig(Settings):
         learning_rate: Learning rate at the beginning. It decreases to 0 along a cosine.
         weight_decay: Weight decay of the optimizer AdamW.
         batch_size: Number of samples per update.
+        image_shift: Maximum distance by which pictures are shifted at random in an update [pixels].
+        image_color: Maximum relative change of contrast and brightness at random in an update.
         torch_threads: Number of threads for PyTorch.
     """
 
@@ -25,6 +29,8 @@ class ImitationConfig(Settings):
     learning_rate: PositiveFloat = 1e-3
     weight_decay: NonNegativeFloat = 1e-4
     batch_size: PositiveInt = 256
+    image_shift: NonNegativeInt = 2
+    image_color: Fraction = 0.0
     torch_threads: PositiveInt = 1
 
 
@@ -48,13 +54,13 @@ class DaggerConfig(ImitationConfig):
     """Settings of DAgger.
 
     Attributes:
-        expert: Name or path of the policy that labels the visited states, such as ``expert``.
+        expert: Name or path of the policy that labels the visited states, such as ``expert``, or a list with the folders
+            of data sets in which a person acted.
         updates: Number of updates after each round. In a round, every environment plays an episode.
         final_updates: Number of updates after the last round.
     """
 
-    expert: str = "expert"
-    batch_size: PositiveInt = 512
+    expert: str | Annotated[list[str], Field(min_length=1)] = "expert"
     updates: PositiveInt = 1200
     final_updates: PositiveInt = 3600
 

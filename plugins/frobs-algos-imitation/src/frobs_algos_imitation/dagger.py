@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import closing
+from pathlib import Path
 from typing import Any, ClassVar
 
 import gymnasium as gym
 import numpy as np
 
 from frobs_algos.demonstrations import clipped
+from frobs_algos.spaces import subspaces
 from frobs_algos_imitation.algorithm import ImitationAlgorithm
 from frobs_algos_imitation.config import DaggerConfig, ImitationConfig
-from frobs_algos_imitation.samples import Samples, flatten, in_order
+from frobs_algos_imitation.pictures import require_memory
+from frobs_algos_imitation.samples import Samples
 from frobs_core import load_policy
 from frobs_core.contracts import Policy, TrainingMonitor
+from frobs_core.util.errors import ConfigurationError
 
 
 class Dagger(ImitationAlgorithm):
@@ -22,6 +26,10 @@ class Dagger(ImitationAlgorithm):
 
     In the first round, the expert acts in one episode of each environment. In all later rounds, the learner acts, and
     the expert labels the states that the learner visits.
+
+    A person cannot label states without acting. If the expert is given as data sets, the learner therefore imitates the
+    steps in which the person acted, of the demonstrations and of all corrections together (HG-DAgger, Kelly et al.
+    2019). The rounds are separate training runs, each after a recording in which the person corrects the last policy.
     """
 
     name: ClassVar[str] = "dagger"
@@ -31,15 +39,32 @@ class Dagger(ImitationAlgorithm):
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any], seed: int) -> None:
         super().__init__(env, config, seed)
-        load_policy(self._config.expert, env).close()  # so that a wrong name leaves no run folder behind
+        expert = self._config.expert
+        if isinstance(expert, str):
+            load_policy(expert, env).close()  # so that a wrong name leaves no run folder behind
+            return
+        for source in expert:
+            if not Path(source).is_dir():
+                raise ConfigurationError(f"algorithm 'dagger': expert: {source} is not the folder of a data set.")
+        parts = [self._samples_of(source, 1) for source in expert]
+        self.samples = Samples([part for samples in parts for part in samples.parts])
+        self.policy.normalize(self.samples.frames)
 
     @property
     def _chunk(self) -> int:
         return 1
 
     def train(self, steps: int, monitor: TrainingMonitor) -> None:
-        """Train until the total number of environment steps reaches ``steps``. The last round is completed."""
-        with closing(load_policy(self._config.expert, self._training_env())) as expert:
+        """Train until the total number of environment steps reaches ``steps``. The last round is completed.
+
+        If the expert is given as data sets, the steps are updates of the network.
+        """
+        if not isinstance(self._config.expert, str):
+            self._train_by_updates(steps, monitor)
+            return
+        spaces = subspaces(self.observation_space)
+        require_memory("algorithm 'dagger'", spaces, steps - self.steps, "train for at most {steps} steps.")
+        with closing(load_policy(self._config.expert, self._require_env())) as expert:
             while self.steps < steps:
                 first = self.samples is None
                 collected, taken = self._play(expert, first)
@@ -64,7 +89,7 @@ class Dagger(ImitationAlgorithm):
 
     def _play(self, expert: Policy, expert_acts: bool) -> tuple[Samples, int]:
         """Play at least one episode in every environment; return the labeled samples and the number of steps."""
-        env, space = self._training_env(), self.action_space
+        env, space = self._require_env(), self.action_space
         seen, _ = env.reset()
         start, ended = np.ones(env.num_envs, np.bool_), np.zeros(env.num_envs, np.bool_)
         state: tuple[np.ndarray[Any, Any], ...] | None = None
@@ -74,14 +99,15 @@ class Dagger(ImitationAlgorithm):
             action = label
             if not expert_acts:
                 action, state = self.predict(seen, state, start)
-            steps.append((flatten(in_order(seen, self.observation_space)), action.copy(), label.copy(), start))
+            frame, views = self.policy.split(seen)
+            steps.append((frame, action.copy(), label.copy(), start, *(each.copy() for each in views.values())))
             seen, _, terminated, truncated, _ = env.step(action)
             start = terminated | truncated
             ended |= start
         # One environment after another, so that the frames of an episode follow each other.
-        observation, action, label, start = (
-            np.stack([step[part] for step in steps], axis=1).reshape(-1, *np.shape(steps[0][part])[1:])
-            for part in range(4)
+        frames, action, label, start, *by_camera = (
+            np.stack(part, axis=1).reshape(-1, *np.shape(part[0])[1:]) for part in zip(*steps, strict=True)
         )
         executed = action if self._config.history > 1 else None
-        return Samples.of(observation, executed, label, start), len(steps) * env.num_envs
+        pictures = dict(zip(self.policy.cameras, by_camera, strict=True))
+        return Samples.of(frames, executed, label, start, pictures=pictures), len(steps) * env.num_envs

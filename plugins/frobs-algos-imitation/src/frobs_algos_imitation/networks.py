@@ -10,13 +10,27 @@ from torch import nn
 
 
 class Perceptron(nn.Sequential):
-    """Multilayer perceptron for a window, (batch, history, frame size), and one action, (batch, 1, action size)."""
+    """Multilayer perceptron for a window, (batch, history, frame size), and one action, (batch, 1, action size).
 
-    def __init__(self, history: int, frame: int, action: int, widths: Sequence[int]) -> None:
+    Args:
+        history: Number of frames in a window.
+        frame: Number of values in a frame.
+        action: Number of values in an action.
+        points: Number of values that pictures are reduced to, or 0 without cameras.
+        widths: Widths of the hidden layers.
+    """
+
+    def __init__(self, history: int, frame: int, action: int, points: int, widths: Sequence[int]) -> None:
         layers: list[nn.Module] = [nn.Flatten()]
-        for before, after in pairwise([history * frame, *widths]):
+        for before, after in pairwise([history * frame + points, *widths]):
             layers += [nn.Linear(before, after), nn.ReLU()]
         super().__init__(*layers, nn.Linear(widths[-1], action), nn.Unflatten(1, (1, action)))
+
+    def forward(self, window: th.Tensor, points: th.Tensor | None = None) -> th.Tensor:
+        """Return one action, (batch, 1, action size), for a window and the points, (batch, points), of pictures."""
+        inputs = window if points is None else th.cat([window.flatten(1), points], dim=1)
+        action: th.Tensor = super().forward(inputs)  # type: ignore[no-untyped-call]
+        return action
 
 
 class ChunkTransformer(nn.Module):
@@ -26,6 +40,7 @@ class ChunkTransformer(nn.Module):
         history: Number of frames in a window.
         frame: Number of values in a frame.
         action: Number of values in an action.
+        points: Number of values that pictures are reduced to, or 0 without cameras.
         chunk: Number of actions.
         width: Width of all layers.
         heads: Number of attention heads.
@@ -33,7 +48,15 @@ class ChunkTransformer(nn.Module):
     """
 
     def __init__(
-        self, history: int, frame: int, action: int, chunk: int, width: int, heads: int, layers: tuple[int, int]
+        self,
+        history: int,
+        frame: int,
+        action: int,
+        points: int,
+        chunk: int,
+        width: int,
+        heads: int,
+        layers: tuple[int, int],
     ) -> None:
         super().__init__()
         self.embed = nn.Sequential(nn.Linear(frame, 4 * width), nn.ReLU(), nn.Linear(4 * width, width))
@@ -42,10 +65,13 @@ class ChunkTransformer(nn.Module):
         self.encoder = nn.ModuleList(Block(width, heads, crossing=False) for _ in range(layers[0]))
         self.decoder = nn.ModuleList(Block(width, heads, crossing=True) for _ in range(layers[1]))
         self.head = nn.Sequential(nn.LayerNorm(width), nn.Linear(width, action))
+        self.look = nn.Linear(points, width) if points else None
 
-    def forward(self, window: th.Tensor) -> th.Tensor:
-        """Return actions, (batch, chunk, action size)."""
+    def forward(self, window: th.Tensor, points: th.Tensor | None = None) -> th.Tensor:
+        """Return actions, (batch, chunk, action size), for a window and the points, (batch, points), of pictures."""
         memory = self.embed(window) + self.places
+        if self.look is not None:
+            memory = th.cat([memory, self.look(points)[:, None]], dim=1)
         for block in self.encoder:
             memory = block(memory, memory)
         tokens = self.queries + th.zeros_like(memory[:, :1])

@@ -1,5 +1,7 @@
 """Records of this distribution."""
 
+from collections.abc import Mapping, Sequence
+
 from frobs_core.plugins.hooks import hookimpl
 from frobs_core.plugins.records import AlgorithmRecord
 
@@ -7,16 +9,24 @@ _ARMS = ("Panda", "Ur5")
 _DAGGER = {
     "dagger_peg.yaml": ("PegInsertion",),
     "dagger_peg_tight.yaml": ("PegInsertionTight",),
-    "dagger.yaml": (
-        *("Lift", "OpenDoor", "OpenDrawer", "PickAndPlace", "PickAndPlaceGoal", "PushGoal", "Slide", "SlideGoal"),
-    ),
-    "dagger_long.yaml": ("Push", "Stack"),
+    "dagger.yaml": (*("Lift", "OpenDoor", "OpenDrawer", "PickAndPlace", "PickAndPlaceGoal", "Slide", "SlideGoal"),),
+    "dagger_long.yaml": ("Stack",),
+    "dagger_push.yaml": ("Push", "PushGoal"),
 }
 """Tasks with an expert, by the file of their tuned settings."""
 
+_ANY_ARM = {f"frobs/{task}-v0": "dagger_any_arm.yaml" for task in ("PickAndPlace", "Push", "Lift", "Stack")}
+"""File of the tuned settings of environments without a robot of their own."""
 
-def _record(name: str, cls: str, summary: str, **tuned: tuple[str, ...]) -> AlgorithmRecord:
+_SEEING = {f"frobs/Panda{task}Vision-v0": "dagger_vision.yaml" for task in ("PickAndPlace", "OpenDrawer")}
+"""File of the tuned settings of environments with cameras."""
+
+
+def _record(
+    name: str, cls: str, summary: str, tuned: Mapping[str, Sequence[str]], others: Mapping[str, str] | None = None
+) -> AlgorithmRecord:
     files = {f"frobs/{arm}{task}-v0": file for file, tasks in tuned.items() for task in tasks for arm in _ARMS}
+    files |= others or {}
     return AlgorithmRecord(
         name=name,
         summary=summary,
@@ -32,7 +42,13 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
     """Return the records of the algorithms."""
     every = tuple(task for tasks in _DAGGER.values() for task in tasks)
     return [
-        _record("bc", "BC", "behavior cloning of a data set or an expert", **{"bc.yaml": every}),
-        _record("dagger", "Dagger", "behavior cloning of an expert in the states that the learner visits", **_DAGGER),
-        _record("act", "ACT", "action chunking with a transformer", **{"act.yaml": every}),
+        _record("bc", "BC", "behavior cloning of a data set or an expert", {"bc.yaml": every}),
+        _record(
+            "dagger",
+            "Dagger",
+            "behavior cloning of an expert in the states that the learner visits",
+            _DAGGER,
+            _ANY_ARM | _SEEING,
+        ),
+        _record("act", "ACT", "action chunking with a transformer", {"act.yaml": every}),
     ]

@@ -43,6 +43,8 @@ class Demonstrations:
         next_observation: Observations after the actions, in the form of ``observation``.
         terminated: Whether the episode ended in a terminal state, (n,) bool.
         episode_start: Whether a step is the first step of its episode, (n,) bool.
+        intervention: Whether the action is that of the demonstrator, (n,) bool. False for the steps of a policy in whose
+            place a person acted in other steps.
         complete: Whether ``next_observation`` is known, (n,) bool. A data set does not contain the observation after the
             last step of an episode.
     """
@@ -53,6 +55,7 @@ class Demonstrations:
     next_observation: Observation
     terminated: Mask
     episode_start: Mask
+    intervention: Mask
     complete: Mask
 
     def transitions(self) -> Demonstrations:
@@ -168,7 +171,8 @@ def _play(
     *columns, played = (_apply(_by_environment, *column) for column in zip(*steps, strict=True))
     kept = [take(column, played) for column in columns]
     names = [field.name for field in fields(Demonstrations)]
-    return Demonstrations(**dict(zip(names, [*kept, np.ones(played.sum(), np.bool_)], strict=True)))
+    always = np.ones(played.sum(), np.bool_)
+    return Demonstrations(**dict(zip(names, [*kept, always, always], strict=True)))
 
 
 def clipped(action: Action, space: gym.Space[Any]) -> Any:
@@ -188,7 +192,7 @@ def _read(folder: Path, env: gym.vector.VectorEnv[Any, Any, Any], mapping: str |
     if not len(start):
         raise ConfigurationError(f"demonstrations: {folder} contains no steps; record some episodes.")
     end = np.append(start[1:], True)
-    names = ("observation", "action", "reward", "terminated", "episode_start")
+    names = ("observation", "action", "reward", "terminated", "episode_start", "intervention")
     return Demonstrations(
         next_observation=take(arrays["observation"], np.arange(len(start)) + ~end),
         complete=~end,

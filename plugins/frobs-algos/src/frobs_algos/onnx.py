@@ -5,13 +5,16 @@ from __future__ import annotations
 import contextlib
 import logging
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import gymnasium as gym
+import numpy as np
 import torch as th
 from torch import nn
 
+from frobs_algos.spaces import subspaces
 from frobs_core.util.errors import MissingDependencyError
 
 if TYPE_CHECKING:
@@ -33,23 +36,41 @@ class TraceablePolicy(nn.Module):
 
     ``forward`` takes the tensors of :meth:`examples` in this order, and returns a tuple with the outputs of
     :meth:`output_names`. Inputs and outputs are named as in :meth:`frobs_core.contracts.Algorithm.export_onnx`.
+
+    Args:
+        observation_space: Observation space of a single environment.
+        action_space: Action space of a single environment.
     """
+
+    state_shapes: Sequence[tuple[int, ...]] = ()
+    """Shapes of the state of a recurrent policy, without the batch axis."""
+
+    def __init__(self, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> None:
+        super().__init__()
+        self.spaces, self.action_space = subspaces(observation_space), action_space
 
     def examples(self, batch: int) -> dict[str, th.Tensor]:
         """Return example inputs of the correct shapes and types by name, (batch, …) each."""
-        raise NotImplementedError
+        inputs = {
+            f"observation/{key}" if key else "observation": th.as_tensor(
+                np.zeros((batch, *(space.shape or ())), space.dtype)
+            )
+            for key, space in self.spaces.items()
+        }
+        inputs |= {f"state/{i}": th.zeros((batch, *shape)) for i, shape in enumerate(self.state_shapes)}
+        return inputs | ({"episode_start": th.zeros(batch, dtype=th.bool)} if self.state_shapes else {})
 
     def output_names(self) -> list[str]:
         """Return the names of the outputs."""
-        raise NotImplementedError
+        names = ["action"] if isinstance(self.action_space, gym.spaces.Box) else ["action", "scores"]
+        return names + [f"next_state/{i}" for i in range(len(self.state_shapes))]
 
 
-def export_graph(build: Callable[[], TraceablePolicy], device: th.device | None = None) -> bytes:
+def export_graph(build: Callable[[], TraceablePolicy]) -> bytes:
     """Return the ONNX graph of a policy. The same policy always yields the same bytes.
 
     Args:
-        build: Function that returns the policy as a module.
-        device: Device to which the networks are moved after the export, or None for the CPU.
+        build: Function that returns the policy as a module. The networks return to their device after the export.
 
     Raises:
         MissingDependencyError: ONNX is not installed.
@@ -57,12 +78,12 @@ def export_graph(build: Callable[[], TraceablePolicy], device: th.device | None 
     missing = [name for name in _NEEDED if find_spec(name) is None]
     if missing:
         raise MissingDependencyError("the export to ONNX", missing, "pip install 'frobs-algos[export]'")
-    graph = build().to("cpu").eval()
+    graph = build()
+    device = next(graph.parameters()).device
     try:
-        return _clean(_trace(graph))
+        return _clean(_trace(graph.to("cpu").eval()))
     finally:
-        if device is not None:
-            graph.to(device)
+        graph.to(device)
 
 
 def _trace(graph: TraceablePolicy) -> onnx.ModelProto:

@@ -1,4 +1,4 @@
-"""Conversion of Gymnasium spaces to JSON, so that saved policies can be opened without an environment."""
+"""Spaces as JSON, so that saved policies can be opened without an environment, and flat observations."""
 
 from __future__ import annotations
 
@@ -7,11 +7,34 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
+from gymnasium.vector import AutoresetMode
 
+from frobs_core.description import Observation
 from frobs_core.util.errors import CheckpointError, IncompatibleSpaceError
 from frobs_core.util.plain import read_numbers, spell_numbers
 
-__all__ = ["space_from_json", "space_to_json", "suggested_scale"]
+__all__ = ["NoEnvironment", "flatten", "space_from_json", "space_to_json", "subspaces", "suggested_scale"]
+
+
+class NoEnvironment(gym.vector.VectorEnv[Any, Any, Any]):
+    """Placeholder environment that provides only spaces, for policies that are used only for predictions."""
+
+    def __init__(self, num_envs: int, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> None:
+        self.metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}
+        self.num_envs = num_envs
+        self.single_observation_space = observation_space
+        self.single_action_space = action_space
+
+
+def subspaces(space: gym.Space[Any]) -> dict[str, gym.Space[Any]]:
+    """Return the space of each part of an observation by key. A single array has the key ``""``."""
+    return dict(space.spaces) if isinstance(space, spaces.Dict) else {"": space}
+
+
+def flatten(observation: Observation, space: gym.Space[Any]) -> np.ndarray[Any, np.dtype[np.float32]]:
+    """Return a batch of observations as a new array (n, k) float32. Parts of a dictionary have the space's order."""
+    parts: Any = [observation[key] for key in space.spaces] if isinstance(space, spaces.Dict) else [observation]
+    return np.concatenate([np.reshape(part, (len(part), -1)) for part in parts], axis=1, dtype=np.float32)
 
 
 def space_to_json(space: gym.Space[Any]) -> dict[str, Any]:

@@ -7,7 +7,8 @@ import os
 import pickle
 import shutil
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -21,12 +22,15 @@ from frobs_core.util.plain import read_numbers, spell_numbers, to_json
 __all__ = [
     "check_networks",
     "link",
+    "matching",
     "read_arrays",
     "read_json",
+    "read_networks",
     "read_saved",
     "read_tensors",
     "write_arrays",
     "write_json",
+    "write_networks",
     "write_tensors",
 ]
 
@@ -115,6 +119,53 @@ def check_networks(source: Path | str, weights: Mapping[str, Any]) -> None:
                 f"contains a network that has diverged: the weight '{name}' is not finite",
                 "train again, for example with a lower learning_rate or with normalized observations and rewards",
             )
+
+
+@contextmanager
+def matching(path: Path) -> Iterator[None]:
+    """Convert errors about contents that do not match the settings, such as tensors of other shapes.
+
+    Raises:
+        CheckpointError: An error occurred.
+    """
+    try:
+        yield
+    except (KeyError, RuntimeError, TypeError, ValueError) as error:
+        raise CheckpointError(f"{path} does not match the settings in the same folder: {error}.") from error
+
+
+def write_networks(path: Path, owner: str, weights: Mapping[str, Any]) -> None:
+    """Write weights by name, as tensors or, if the path ends in ``.npz``, as arrays.
+
+    Args:
+        path: Path of the file.
+        owner: Name of the algorithm, for the error message.
+        weights: The weights, as tensors or arrays.
+
+    Raises:
+        NonFiniteValueError: A weight is not finite.
+    """
+    check_networks(owner, weights)
+    if path.suffix == ".npz":
+        write_arrays(path, {name: np.asarray(value) for name, value in weights.items()})
+    else:
+        write_tensors(path, weights)
+
+
+def read_networks(path: Path) -> dict[str, th.Tensor]:
+    """Read weights that :func:`write_networks` wrote.
+
+    Raises:
+        CheckpointError: The file is missing or damaged.
+        UntrustedFileError: The file contains objects other than tensors and arrays.
+        NonFiniteValueError: A weight is not finite.
+    """
+    if path.suffix == ".npz":
+        weights = {name: th.from_numpy(array) for name, array in read_arrays(path).items()}
+    else:
+        weights = dict(read_tensors(path))
+    check_networks(path, weights)
+    return weights
 
 
 def write_arrays(path: Path, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:

@@ -4,6 +4,8 @@ layout.py     features, episodes and paths of a data set
 dataset.py    reads a data set
 writer.py     writes a data set, one episode at a time
 joining.py    combines episodes into large files
+recording.py  records policies
+operated.py   records people, alone or instead of a policy
 video.py      encodes, decodes and copies videos
 stats.py      statistics of features
 training.py   arrays for learning algorithms
@@ -11,8 +13,9 @@ edit.py       merge, split, check and export data sets
 cli/          commands
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from frobs_cli.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from frobs_data.dataset import Dataset as Dataset
@@ -28,25 +31,4 @@ if TYPE_CHECKING:
     from frobs_data.training import training_arrays as training_arrays
     from frobs_data.writer import DatasetWriter as DatasetWriter
 
-_MODULES = {
-    "DataError": "errors",
-    "Dataset": "dataset",
-    "DatasetWriter": "writer",
-    "Episode": "layout",
-    "Feature": "layout",
-    "Replay": "replaying",
-    "check": "edit",
-    "merge": "edit",
-    "record": "recording",
-    "replay": "replaying",
-    "split": "edit",
-    "training_arrays": "training",
-}
-
-__all__ = list(_MODULES)
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _MODULES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+__all__, __getattr__ = lazy_names(__name__, __file__)

@@ -103,13 +103,16 @@ class Dataset:
     def iter_files(
         self, names: Sequence[str], episodes: Sequence[int]
     ) -> Iterator[tuple[list[Episode], dict[str, np.ndarray[Any, Any]]]]:
-        """Yield successive episodes that are in the same file, with their part of :meth:`columns`."""
+        """Yield successive episodes that are in the same file, with their part of :meth:`columns`.
+
+        For the arguments, see :meth:`columns`.
+        """
         for place, group in groupby((self.episodes[index] for index in episodes), key=lambda episode: episode.place):
             chosen = list(group)
             yield chosen, self._read_file(place, chosen, names)
 
     def pictures(self, episode: int, key: str) -> np.ndarray[Any, Any]:
-        """Return the pictures of a camera in one episode, (length, height, width, 3) uint8.
+        """Return the pictures of the camera ``key`` in one episode, (length, height, width, 3) uint8.
 
         Raises:
             UnknownNameError: There is no such camera.
@@ -126,7 +129,7 @@ class Dataset:
         return pictures
 
     def iter_pictures(self, episode: int, key: str) -> Iterator[np.ndarray[Any, Any]]:
-        """Yield the pictures of :meth:`pictures` one by one."""
+        """Yield the pictures of the camera ``key`` in one ``episode``, (height, width, 3) uint8 each."""
         check_name("camera", key, self.info.cameras)
         found = self.episodes[episode]
         part = found.videos[key]

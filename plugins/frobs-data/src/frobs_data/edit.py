@@ -103,7 +103,7 @@ def _assemble(sources: Sequence[tuple[Dataset, Sequence[int]]], out: Path) -> Da
 
 
 def check(folder: Path | str) -> list[str]:
-    """Read everything in a data set.
+    """Read everything in the data set ``folder``.
 
     Returns:
         One line for each problem of the content: numbers that are not finite, frames whose index or time is wrong,

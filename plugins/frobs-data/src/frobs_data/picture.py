@@ -23,10 +23,6 @@ def draw(dataset: Dataset, out: Path) -> Path:
 
     Returns:
         The file.
-
-    Raises:
-        DataError: The data set is damaged.
-        RunError: matplotlib is not installed.
     """
     cameras, count = dataset.info.cameras, len(dataset.episodes)
     chosen = np.unique(np.linspace(0, count - 1, min(count, _MOST)).astype(int)) if count else np.zeros(0, int)

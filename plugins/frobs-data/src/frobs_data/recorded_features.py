@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import gymnasium as gym
@@ -17,7 +17,7 @@ from frobs_data.layout import Feature
 STATE, ENVIRONMENT_STATE, ACTION = "observation.state", "observation.environment_state", "action"
 PICTURES = "observation.images."
 REWARD, DONE, TERMINATED, SUCCESS = "next.reward", "next.done", "next.terminated", "next.success"
-PHASE, SEED = "phase", "seed"
+PHASE, INTERVENTION, SEED = "phase", "intervention", "seed"
 
 _PER_STEP = {REWARD: "float32", DONE: "bool", TERMINATED: "bool", SUCCESS: "bool", SEED: "int64"}
 _VIEW = ("camera", "size", "fast", "markers")
@@ -63,12 +63,16 @@ class Vectors:
         }
 
 
-def step_features(control: Control, has_phase: bool) -> dict[str, Feature]:
+FACTS = {PHASE: "int64", INTERVENTION: "bool"}
+"""Facts of a policy that are recorded if it reports them, and their types."""
+
+
+def step_features(control: Control, facts: Collection[str]) -> dict[str, Feature]:
     """Return the features of an action and of its result.
 
     Args:
         control: All controllers of the environment.
-        has_phase: Whether the policy reports its phase.
+        facts: Names of the facts that the policy reports.
 
     Raises:
         ConfigurationError: The action space is neither a Box nor discrete.
@@ -80,7 +84,7 @@ def step_features(control: Control, has_phase: bool) -> dict[str, Feature]:
     dtype = "float32" if isinstance(space, gym.spaces.Box) else "int64"
     features = {ACTION: Feature(dtype, (len(names),), names)}
     features |= {name: Feature(dtype, (1,)) for name, dtype in _PER_STEP.items()}
-    return features | ({PHASE: Feature("int64", (1,))} if has_phase else {})
+    return features | {name: Feature(dtype, (1,)) for name, dtype in FACTS.items() if name in facts}
 
 
 def action_names(control: Control) -> tuple[str, ...]:

@@ -10,20 +10,21 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.contracts import Policy, Snapshot
-from frobs_core.kernel.policies import find_policy
+from frobs_core.contracts import Operator, Policy, Snapshot
+from frobs_core.kernel.policies import find_policy, load_policy
 from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.util.arrays import Action, Mask
-from frobs_core.util.errors import CapabilityError, RunError
+from frobs_core.util.errors import CapabilityError, ParameterValueError, RunError
 from frobs_core.util.keywords import constructor_parameters
 from frobs_core.util.plain import plain
 from frobs_core.util.validation import whole_number
 from frobs_data.dataset import Dataset
 from frobs_data.errors import DataError
+from frobs_data.operated import Takeover, play_operated
 from frobs_data.recorded_features import (
     ACTION,
     DONE,
-    PHASE,
+    FACTS,
     PICTURES,
     REWARD,
     SEED,
@@ -83,6 +84,7 @@ def record(
     size: Sequence[int] = (96, 96),
     success_only: bool = False,
     append: bool = False,
+    takeover: str | None = None,
     simulator: str | None = None,
     settings: Sequence[str] = (),
     trust: bool = False,
@@ -108,6 +110,8 @@ def record(
         size: Height and width of the pictures [pixels], even numbers.
         success_only: Whether to record only successful episodes, and to continue until there are enough of them.
         append: Whether to add the episodes to an existing data set.
+        takeover: Name of the policy through which a person can act instead of the policy, such as ``"teleop"``. The
+            column ``intervention`` marks the steps of the person.
         simulator: Name of the simulator, or None for the simulator of the environment.
         settings: Assignments such as ``"environment_kwargs.robot=ur5"``, for a policy without settings of its own.
         trust: Whether to open policies that execute code or import modules.
@@ -128,6 +132,8 @@ def record(
     for name, value, least in (("episodes", episodes, 1), ("seed", seed, 0), ("num_envs", num_envs or 1, 1)):
         whole_number(name, value, least)
     views, added = read_cameras(cameras, size)
+    if takeover is not None and not _is_operated(takeover):
+        raise RunError(f"'{takeover}' is not a policy through which a person acts, such as 'teleop'.")
     run = open_policy(environment, policy, settings=settings, trust=trust)
     config = run.config
     kwargs = {**config.keywords(simulator=simulator, randomize=False), **overrides}
@@ -136,13 +142,17 @@ def record(
     present = Dataset(out) if append and (out / "meta" / "info.json").exists() else None
     if present is not None and SEED in present.features and len(present):
         seed = max(seed, int(present.columns([SEED])[SEED].max()) + 1)
+    if takeover is not None or (isinstance(run, PolicyRun) and _is_operated(run.policy)):
+        if num_envs not in (None, 1):
+            raise ParameterValueError("num_envs", num_envs, "1, because a person acts")
+        num_envs = 1
     if num_envs is None:
         most = MOST_ENVS_WITH_CAMERAS if views else MOST_ENVS
         num_envs = min(most, usual_num_envs(config, episodes, simulator))
     with ExitStack() as stack:
         env = make_vector_env(config.environment, min(num_envs, episodes), kwargs, config.wrappers)
         stack.callback(env.close)
-        recorder = _Recorder(env, views, episodes, success_only, seed)
+        recorder = Recorder(env, views, episodes, success_only, seed)
         facts = {
             "environment": config.environment,
             "environment_kwargs": plain(kwargs, for_yaml=True),
@@ -152,9 +162,13 @@ def record(
         }
         facts["recordings"] = [
             *([] if present is None else _recordings(present, facts)),
-            {"policy": str(policy), "seed": seed, "success_only": success_only, "versions": versions()},
+            {
+                **{"policy": str(policy), "seed": seed, "success_only": success_only, "versions": versions()},
+                **({} if takeover is None else {"takeover": takeover}),
+            },
         ]
         actor = stack.enter_context(closing(acting_policy(_seeded(run, seed), env)))
+        person = None if takeover is None else stack.enter_context(closing(load_policy(takeover, env)))
         interrupts = stack.enter_context(Interrupts(_STOPPING))
         longest = None if has_time_limit(env) else config.longest_episode
         checked = EpisodeRecorder(env, lambda _: None, longest_episode=longest)
@@ -163,7 +177,12 @@ def record(
         recorder.open = lambda features: stack.enter_context(
             DatasetWriter(out, fps, features, robot, facts, append=append)
         )
-        _play(checked, actor, recorder, interrupts, on_progress)
+        if isinstance(person, Operator):
+            play_operated(env, Takeover(actor, person), person, recorder, interrupts, on_progress)
+        elif isinstance(actor, Operator):
+            play_operated(env, actor, actor, recorder, interrupts, on_progress)
+        else:
+            _play(checked, actor, recorder, interrupts, on_progress)
     if interrupts.requested is not None:
         raise RecordingInterrupt(out, recorder.kept, interrupts.requested)
     if recorder.left.any():
@@ -184,6 +203,12 @@ def _recordings(present: Dataset, facts: Mapping[str, Any]) -> list[Any]:
     return recordings if isinstance(recordings, list) else []
 
 
+def _is_operated(policy: str | Path) -> bool:
+    """Return whether a person acts through a policy."""
+    cls = find_policy(policy).load()
+    return isinstance(cls, type) and issubclass(cls, Operator)
+
+
 def _seeded(run: Run, seed: int) -> Run:
     """Give a policy that draws random numbers the seed of the recording, so that appended episodes differ."""
     if isinstance(run, PolicyRun) and "seed" in constructor_parameters(find_policy(run.policy).load()):
@@ -194,7 +219,7 @@ def _seeded(run: Run, seed: int) -> Run:
 def _play(
     env: EpisodeRecorder,
     policy: Policy,
-    recorder: _Recorder,
+    recorder: Recorder,
     interrupts: Interrupts,
     on_progress: Callable[[int, int], object] | None,
 ) -> None:
@@ -212,7 +237,7 @@ def _play(
             on_progress(recorder.kept, recorder.attempts)
 
 
-class _Recorder:
+class Recorder:
     """Collects the steps of a vector environment, and writes each episode when it ends.
 
     Args:
@@ -253,7 +278,7 @@ class _Recorder:
         self.kept = self.attempts = 0
         self.most_attempts = 10 * episodes + _SPARE_ATTEMPTS
         self._seeds = seed + np.arange(num_envs, dtype=np.int64)
-        base.before_autoreset.append(self._seed_again)
+        base.before_autoreset.append(self.seed_again)
         self._vectors = Vectors(base.observations)
         self._steps: list[dict[str, np.ndarray[Any, Any]]] = []
         self._begun = np.zeros(num_envs, np.int64)
@@ -288,15 +313,13 @@ class _Recorder:
 
     def before_step(self, observation: Any, action: Action, info: Mapping[str, np.ndarray[Any, Any]]) -> None:
         """Store what the policy sees and does, (num_envs, …)."""
-        phase = info.get(PHASE)
         if self._writer is None:
-            steps = step_features(self.env.control, phase is not None)
+            steps = step_features(self.env.control, info)
             self._writer = self.open({**self._vectors.features, **self._pictures, **steps})
         if self._unseen:
             observation = self.env.observations.observe()
         self._steps.append({**self._vectors.read(observation), ACTION: action})
-        if phase is not None:
-            self._steps[-1][PHASE] = np.array(phase, np.int64)
+        self._steps[-1] |= {name: np.array(info[name], dtype) for name, dtype in FACTS.items() if name in info}
         if self._pictures:
             self._add_pictures(observation)
 
@@ -313,23 +336,32 @@ class _Recorder:
 
     def after_step(self, reward: Any, done: Mask, terminated: Mask, success: Any) -> None:
         """Store the result of a step, (num_envs,) each, and write the episodes that have ended."""
-        self._steps[-1] |= {REWARD: np.array(reward), DONE: done, TERMINATED: np.array(terminated)}
-        self._steps[-1][SUCCESS] = np.asarray(success) > 0.5
+        self.store(reward, done, terminated, success)
         if done.any():
-            rows = np.flatnonzero(done & (self.left > 0)).tolist()
-            first = min((int(self._begun[row]) for row in rows), default=0)
-            steps = self._steps[first:]
-            columns = {name: np.stack([step[name] for step in steps]) for name in steps[0]} if rows else {}
-            for row in rows:
-                begun = int(self._begun[row]) - first
-                self._finish(row, {name: values[begun:, row] for name, values in columns.items()})
+            self.finish(done)
             self.begin(done)
 
-    def _finish(self, row: int, columns: dict[str, Any]) -> None:
+    def store(self, reward: Any, done: Mask, terminated: Mask, success: Any) -> None:
+        """Store the result of a step, (num_envs,) each."""
+        self._steps[-1] |= {REWARD: np.array(reward), DONE: done, TERMINATED: np.array(terminated)}
+        self._steps[-1][SUCCESS] = np.asarray(success) > 0.5
+
+    def finish(self, done: Mask, *, keep: bool = True) -> None:
+        """Write the episodes of some environments, (num_envs,) bool, which end with the latest step, or discard them."""
+        rows = np.flatnonzero(done & (self.left > 0)).tolist()
+        first = min((int(self._begun[row]) for row in rows), default=0)
+        steps = self._steps[first:]
+        columns = {name: np.stack([step[name] for step in steps]) for name in steps[0]} if rows else {}
+        for row in rows:
+            columns[DONE][-1, row] = True
+            begun = int(self._begun[row]) - first
+            self._finish(row, {name: values[begun:, row] for name, values in columns.items()}, keep)
+
+    def _finish(self, row: int, columns: dict[str, Any], keep: bool) -> None:
         """Write or discard the episode of an environment, whose columns are (n, …)."""
         self.attempts += 1
         clips, self._clips[row] = self._clips[row], {}
-        if self._success_only and not columns[SUCCESS][-1]:
+        if not keep or (self._success_only and not columns[SUCCESS][-1]):
             for clip in clips.values():
                 clip.discard()
             return
@@ -340,7 +372,7 @@ class _Recorder:
         assert self._writer is not None  # opened at the first step
         self._writer.add({**columns, **clips}, self._task, self._starts[row])
 
-    def _seed_again(self, mask: Mask) -> None:
+    def seed_again(self, mask: Mask) -> None:
         """Give each environment that is about to be reset the seed of its next episode."""
         self._seeds[mask] += self.env.num_envs
         self.env.step_context.rng.seed(self._seeds[mask].tolist(), mask)

@@ -17,7 +17,10 @@ from frobs_data.budgets import BUDGET
 from frobs_data.dataset import Dataset
 from frobs_data.errors import DataError
 
-_PER_FRAME = {"reward": "next.reward", "terminated": "next.terminated", "success": "next.success"}
+_PER_FRAME = {
+    **{"reward": "next.reward", "terminated": "next.terminated", "success": "next.success"},
+    "intervention": "intervention",
+}
 _EXAMPLE = "observation: {%s: {feature: observation.state, columns: [0, 1, 2]}}"
 
 
@@ -74,8 +77,9 @@ def training_arrays(
 
     Returns:
         ``observation`` (frames, …) float32, or a dictionary for dictionary observations; ``action`` (frames, …) in the
-        space's dtype; ``reward`` (frames,) float32, and ``terminated``, ``success`` and ``episode_start`` (frames,)
-        bool. Reward, termination and success are zero if the data set does not contain them.
+        space's dtype; ``reward`` (frames,) float32, and ``terminated``, ``success``, ``intervention`` and
+        ``episode_start`` (frames,) bool. Reward, termination and success are zero if the data set does not contain
+        them, and ``intervention`` is True, because the data set demonstrates the task in all steps.
 
     Raises:
         DataError: The data set is damaged, lacks a term, contains numbers that are not finite, or does not fit the
@@ -101,7 +105,8 @@ def training_arrays(
     }
     for name, feature in _PER_FRAME.items():
         known = feature in dataset.features
-        values = _Source(name, feature).read(dataset, name, 1) if known else np.zeros(len(dataset))
+        missing = np.full(len(dataset), name == "intervention")
+        values = _Source(name, feature).read(dataset, name, 1) if known else missing
         found[name] = values.reshape(-1).astype(np.float32 if name == "reward" else np.bool_)
     return found
 

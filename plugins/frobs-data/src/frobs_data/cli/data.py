@@ -35,7 +35,6 @@ def show(
         typer.Option(
             metavar="FILE",
             dir_okay=False,
-            show_default=False,
             help="Also draw the first pictures and the distribution of the actions as a PNG file.",
         ),
     ] = None,
