@@ -73,6 +73,15 @@ def test_camera_is_observed_rendered_and_read() -> None:
         assert np.abs(after - before).max() > 5  # the camera moves with the link
 
 
+def test_settings_move_the_camera_of_a_robot_or_replace_it() -> None:
+    own = plan(EnvConfig(**PARTS), 1).scene.cameras["wrist"]
+    assert own.frame == "robot/tool0"
+    moved = plan(EnvConfig(**PARTS, cameras={"wrist": {"pos": [0.2, 0, 0]}}), 1).scene.cameras["wrist"]
+    assert moved == replace(own, pos=(0.2, 0.0, 0.0))
+    new = plan(EnvConfig(**PARTS, cameras={"wrist": {"pos": [1, 0, 1], "target": [0, 0, 0]}}), 1).scene.cameras["wrist"]
+    assert new == Camera(pos=(1.0, 0.0, 1.0), target=(0.0, 0.0, 0.0))
+
+
 def test_settings_change_the_camera_of_the_scene() -> None:
     scene = plan(EnvConfig(**PARTS), 1).scene
     changed = with_cameras(scene, {"overview": {"fov_y": 30}}, {}).cameras["overview"]
@@ -109,10 +118,6 @@ def test_simulator_without_intrinsics_refuses_them() -> None:
             {"robot": "robot", "pos": [1, 0, 0], "target": [0, 0, 0]},
             "needs link; name the link that carries the camera",
         ),
-        (
-            {"link": "link_3", "pos": [1, 0, 0]},
-            "needs pos and target; only cameras of the scene have defaults: overview",
-        ),
         ({**WRIST, "target": WRIST["pos"]}, "cameras.wrist.target is .*; it must be a point other than"),
         ({**WRIST, "pos": [0, 0, float("nan")]}, "cameras.wrist: pos.2 is nan; it must be a finite number"),
         ({**WRIST, "fov_y": 180}, "fov_y is 180; it must be less than 180"),
@@ -126,6 +131,13 @@ def test_simulator_without_intrinsics_refuses_them() -> None:
 def test_wrong_settings_are_named(settings: Any, text: str) -> None:
     with pytest.raises(FrobsError, match=text):
         RobotEnv(**PARTS, cameras={"wrist": settings})
+
+
+def test_new_camera_needs_a_place() -> None:
+    with pytest.raises(
+        FrobsError, match="needs pos and target; only cameras of the scene have defaults: overview, wrist"
+    ):
+        RobotEnv(**PARTS, cameras={"hand": {"link": "link_3", "pos": [1, 0, 0]}})
 
 
 def test_keyword_survives_a_round_trip() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from frobs_core.sensing.randomization import read_settings
-from frobs_core.sensing.randomization.draw import Schedule, Shape, When
+from frobs_core.sensing.randomization.draw import Schedule
 from frobs_core.util.errors import ConfigFileError, ConfigurationError, UnknownParameterError
 from frobs_core.util.random import RandomSource
 from frobs_core.util.yaml import load_yaml_text
@@ -44,17 +44,17 @@ def test_what_is_drawn_is_distributed_as_it_was_written():
 
 
 def test_times_are_read():
-    assert only({"scale": 1.2}).schedule == Schedule(when=When.RESET)
-    assert only({"scale": 1.2, "when": "start"}).schedule == Schedule(when=When.START)
-    assert only({"scale": 1.2, "when": "step"}).schedule == Schedule(when=When.INTERVAL, interval=(1, 1))
-    assert only({"scale": 1.2, "every": 25}).schedule == Schedule(when=When.INTERVAL, interval=(25, 25))
+    assert only({"scale": 1.2}).schedule == Schedule(when="reset")
+    assert only({"scale": 1.2, "when": "start"}).schedule == Schedule(when="start")
+    assert only({"scale": 1.2, "when": "step"}).schedule == Schedule(when="interval", interval=(1, 1))
+    assert only({"scale": 1.2, "every": 25}).schedule == Schedule(when="interval", interval=(25, 25))
     seconds = only({"scale": 1.2, "every": {"seconds": [0.2, 1.0]}}).schedule
     assert seconds.steps(0.04, "here") == (5, 25)
     with pytest.raises(
         ConfigurationError, match=r"an interval of 0\.2 s is not a whole number of control steps of 0\.03 s"
     ):
         seconds.steps(0.03, "here")
-    assert only({"x": {"normal": 1}}, "observation_noise").schedule == Schedule(when=When.INTERVAL, interval=(1, 1))
+    assert only({"x": {"normal": 1}}, "observation_noise").schedule == Schedule(when="interval", interval=(1, 1))
 
 
 def test_a_list_and_its_only_member_mean_the_same():
@@ -65,7 +65,7 @@ def test_a_list_and_its_only_member_mean_the_same():
 
 def test_delays_are_whole_steps_with_both_ends():
     distribution = only({"steps": [0, 2]}, "action_delay").distribution
-    assert (distribution.shape, float(distribution.low), float(distribution.high)) == (Shape.UNIFORM, 0.0, 2.0)
+    assert (distribution.shape, float(distribution.low), float(distribution.high)) == ("uniform", 0.0, 2.0)
     assert float(only({"steps": 3}, "observation_delay").distribution.low) == 3.0
 
 

@@ -65,7 +65,6 @@ def test_the_kit_catches_a_task_that_is_right_with_ideal_sensors_only(name: str)
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", ["Careless", "Forgetful"])
 def test_no_other_check_catches_it(name: str) -> None:
     def failed(of: str) -> set[str]:

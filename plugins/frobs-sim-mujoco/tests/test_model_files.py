@@ -47,7 +47,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., dict
 
 
 def compiled(robots: dict[str, Placement], *, visuals: bool = False) -> mujoco.MjModel:
-    return build_model(robots, Scene(floor=False), 0.002, visuals=visuals)
+    return build_model(robots, Scene(floor=False), 0.002, visuals=visuals)[0]
 
 
 @pytest.mark.parametrize("name", ["m.dae", "m.obj", "m.stl", "ascii.stl", "m.glb", "m.ply"])

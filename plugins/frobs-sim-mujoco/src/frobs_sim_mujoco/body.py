@@ -32,23 +32,34 @@ class MujocoBody(BodyHandle):
         self.mocap = int(simulation.model.body_mocapid[self._id])
         self._free = simulation.model.joint(name) if body.is_free else None
         self._initial_twist = body.twist
+        self._views: tuple[Floats, ...] = ()
 
     @property
     def pose(self) -> tuple[Floats, Floats]:
-        """Pose in the world frame: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
-        return self._simulation.derived("xpos")[:, self._id], self._simulation.derived("xquat")[:, self._id]
+        pos, quat_wxyz, _, _ = self._views or self._bind()
+        if self._simulation.stale is not None:
+            self._simulation.refresh()
+        return pos, quat_wxyz
 
     @property
     def twist(self) -> tuple[Floats, Floats]:
-        """Velocity: lin_vel_world (num_envs, 3) [m/s] of the body's origin and ang_vel_world (num_envs, 3) [rad/s]."""
-        twist = self._simulation.derived("cvel")[:, self._id]  # angular and linear velocity about the center of mass
-        if self._free is None:
-            return twist[:, 3:], twist[:, :3]
-        dof = self._free.dofadr[0]
-        return read_only(self._simulation.states["qvel"][:, dof : dof + 3]), twist[:, :3]
+        _, _, lin_vel_world, ang_vel_world = self._views or self._bind()
+        if self._simulation.stale is not None:
+            self._simulation.refresh()
+        return lin_vel_world, ang_vel_world
+
+    def _bind(self) -> tuple[Floats, ...]:
+        """Store views of the body's position, orientation, and linear and angular velocity."""
+        derived = self._simulation.derived
+        pos, quat_wxyz, twist = (derived(field)[:, self._id] for field in ("xpos", "xquat", "cvel"))
+        linear = twist[:, 3:]  # at the center of mass, which is the origin of a body that is not free
+        if self._free is not None:
+            dof = self._free.dofadr[0]
+            linear = read_only(self._simulation.states["qvel"][:, dof : dof + 3])
+        self._views = pos, quat_wxyz, linear, twist[:, :3]
+        return self._views
 
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
-        """Teleport the body."""
         states = self._simulation.states
         rows = numbers_of(mask)
         if self.mocap >= 0:
@@ -68,7 +79,6 @@ class MujocoBody(BodyHandle):
         self._simulation.mark_stale(mask)
 
     def write_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
-        """Set the velocity of a free body."""
         if self._free is None:
             raise SimulationError(f"body '{self.name}' is not free, so its velocity cannot be set; set a mass.")
         rows = numbers_of(mask)

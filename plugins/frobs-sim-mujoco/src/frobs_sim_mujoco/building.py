@@ -13,6 +13,7 @@ from frobs_core.util.errors import ModelFileError
 from frobs_sim_mujoco.articulation import add_drives, add_robot, attach_mjcf
 from frobs_sim_mujoco.contacts import add_contact
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS, set_friction
+from frobs_sim_mujoco.looks import add_distractors, add_patterns
 from frobs_sim_mujoco.meshes import Meshes
 from frobs_sim_mujoco.options import Options
 from frobs_sim_mujoco.overlaps import overlaps_at_home
@@ -34,9 +35,10 @@ def build_model(
     *,
     visuals: bool,
     overlaps: bool = False,
+    spare: bool = False,
     options: Options = MappingProxyType({}),
-) -> mujoco.MjModel:
-    """Compile a MuJoCo model that contains robots and a scene.
+) -> tuple[mujoco.MjModel, mujoco.MjSpec]:
+    """Compile a MuJoCo model that contains robots and a scene, and return it with its specification.
 
     Links become bodies named ``robot/link``. Joints and their actuators are named ``robot/joint``. Scene bodies,
     cameras and contact sensors have the same names as in the scene.
@@ -49,7 +51,11 @@ def build_model(
             is faster to simulate.
         overlaps: Whether links that overlap in the home position can collide. The convex hulls of neighboring links
             often overlap. If such links could collide, the robot could not be controlled.
+        spare: Whether to include patterns of the floor and hidden objects, which the looks of an environment can show.
         options: Values of ``mjOption`` fields that replace MuJoCo's defaults, by field name.
+
+    Returns:
+        The compiled model, and the specification that it was compiled from.
 
     Raises:
         ModelFileError: MuJoCo rejects a robot's model, or a mesh cannot be read.
@@ -68,6 +74,9 @@ def build_model(
     light_up(spec)
     if scene.floor:
         add_floor(spec, scene)
+    if spare:
+        add_patterns(spec)
+        add_distractors(spec)
     meshes = Meshes(spec)
     for name, body in scene.bodies.items():
         add_body(spec, meshes, name, body, hard=scene.hard_contacts)
@@ -98,7 +107,7 @@ def build_model(
     pairs = [] if overlaps else overlaps_at_home(model, robots)
     for first, second in pairs:
         spec.add_exclude(bodyname1=first, bodyname2=second)
-    return _compile(spec, scene, robots) if pairs else model
+    return _compile(spec, scene, robots) if pairs else model, spec
 
 
 def _integrator(scene: Scene) -> mujoco.mjtIntegrator:

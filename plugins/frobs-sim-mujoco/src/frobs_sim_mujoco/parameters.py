@@ -9,12 +9,13 @@ import numpy as np
 from frobs_core.contracts import Snapshot
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import PhysicsParameterError, UnknownNameError, check_name
+from frobs_sim_mujoco import looks
 
 if TYPE_CHECKING:
     from frobs_sim_mujoco.robot import MujocoRobot
     from frobs_sim_mujoco.simulation import MujocoSimulation
 
-NAMES = ("mass", "friction", "size", "stiffness", "damping", "joint_damping", "gravity")
+NAMES = ("mass", "friction", "size", "stiffness", "damping", "joint_damping", "gravity", *looks.NAMES)
 _GEOMETRY = ("geom_size", "geom_pos", "geom_rbound", "geom_aabb")  # all proportional to a geom's size
 _FIELDS = (
     "body_mass",
@@ -56,6 +57,8 @@ def read(simulation: MujocoSimulation, name: str, target: str) -> Floats:
             return _field(simulation, "dof_damping")[:, _robot(simulation, target).dofs].copy()
         case "gravity":
             return _field(simulation, "opt.gravity").copy()
+    if name in looks.NAMES:
+        return simulation.looks.read(name, target)
     raise UnknownNameError("parameter", name, NAMES)
 
 
@@ -63,6 +66,9 @@ def write(simulation: MujocoSimulation, name: str, target: str, values: Floats, 
     """Change a parameter in the environments selected by ``mask``."""
     check_name("parameter", name, NAMES)
     values = np.asarray(values, np.float64)
+    if name in looks.NAMES:
+        simulation.looks.write(name, target, values, mask)
+        return
     if name != "gravity" and not (values >= 0).all():
         raise PhysicsParameterError(name, target, f"must not be negative or NaN: {values.min()}.")
     batch = simulation.batch
@@ -104,7 +110,7 @@ def snapshot(simulation: MujocoSimulation) -> Snapshot:
         expanded = simulation.batch.expanded(field)
         if expanded is not None:
             state[f"parameter/{field}"] = expanded.copy()
-    state |= {f"size/{name}": sizes.copy() for name, sizes in simulation.sizes.items()}
+    state |= {f"size/{name}": sizes.copy() for name, sizes in simulation.sizes.items()} | simulation.looks.snapshot()
     for name, robot in simulation.robots.items():
         state[f"stiffness/{name}"], state[f"damping/{name}"] = (gain.copy() for gain in robot.drive_gains())
     return state
@@ -113,6 +119,7 @@ def snapshot(simulation: MujocoSimulation) -> Snapshot:
 def restore(simulation: MujocoSimulation, state: Snapshot) -> None:
     """Restore a snapshot. Fields that the snapshot does not contain are reset to the model's values."""
     changed = False
+    simulation.looks.restore(state)
     saved = {key.removeprefix("size/"): sizes for key, sizes in state.items() if key.startswith("size/")}
     for name in {*simulation.sizes, *saved}:
         simulation.sizes[name] = np.array(saved.get(name, np.ones(simulation.num_envs)))

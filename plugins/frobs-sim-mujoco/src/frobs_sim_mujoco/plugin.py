@@ -10,7 +10,7 @@ def frobs_simulators() -> list[SimulatorRecord]:
     exact = (
         "determinism snapshot teleport pause batched drive contacts rays wrench force_torque attachments cameras "
         "camera_intrinsics randomize_mass randomize_friction randomize_gains randomize_joint_damping randomize_gravity "
-        "randomize_size"
+        "randomize_size randomize_looks randomize_cameras randomize_scenery"
     )
     return [
         SimulatorRecord(

@@ -7,6 +7,8 @@ import os
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from copy import copy
 from functools import lru_cache
 from typing import Any
 
@@ -19,6 +21,7 @@ from frobs_core.description import Marker
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import RenderingUnavailableError
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS
+from frobs_sim_mujoco.looks import Appearance, Looks
 
 _PROBE = (
     "import sys, importlib, mujoco\n"
@@ -32,6 +35,12 @@ _FAST = {"offsamples": 0, "shadowsize": 0, "numslices": 12, "numstacks": 8}
 
 _FLAT = np.array([100.0, 100.0, 1e-3])
 """Half-lengths [m] of the box that replaces a plane in fast images."""
+
+_FEWEST = 4
+"""Minimum number of images for each thread."""
+
+_HIDDEN = ROBOT_GROUPS[0]
+"""A geom group that is never drawn."""
 
 _MOST_CONTEXTS = 8  # maximum number of cached contexts, each with its own textures and framebuffer
 
@@ -63,12 +72,19 @@ class Drawn:
         model: The simulated model with additional visual shapes.
         batch: Batch that contains the states.
         sizes: Size factors of resized scene bodies, (num_envs,) each, by name. The simulation may update this mapping.
+        looks: Looks of all environments.
     """
 
-    def __init__(self, model: mujoco.MjModel, batch: Batch, sizes: Mapping[str, Floats]) -> None:
+    def __init__(self, model: mujoco.MjModel, batch: Batch, sizes: Mapping[str, Floats], looks: Looks) -> None:
+        self._nominal_model, self._looks, model = model, looks, copy(model)
+        self._appearance = Appearance(model, looks)
         self.model, self.data = model, mujoco.MjData(model)
         self._batch, self._sizes = batch, sizes
         self._nominal = {field: getattr(model, field).copy() for field in ("geom_size", "geom_pos", "geom_rbound")}
+
+    def copy(self) -> Drawn:
+        """Return a copy, for another thread."""
+        return Drawn(self._nominal_model, self._batch, self._sizes, self._looks)
 
     def show(self, env: int) -> None:
         """Set the model to the state of an environment."""
@@ -76,6 +92,7 @@ class Drawn:
             geoms = self.model.geom_bodyid == self.model.body(name).id
             for field, nominal in self._nominal.items():
                 getattr(self.model, field)[geoms] = sizes[env] * nominal[geoms]
+        self._appearance.show(env)
         mujoco.mj_setState(self.model, self.data, self._batch.state[env], mujoco.mjtState.mjSTATE_INTEGRATION)
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
@@ -104,6 +121,8 @@ class Renderer:
         self._option = mujoco.MjvOption()
         for group in ROBOT_GROUPS:
             self._option.geomgroup[group] = 0
+        self._groups = self._model.geom_group.copy()
+        self._planes = int(np.count_nonzero(self._model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE))
 
     def _renderer(self, size: tuple[int, int], fast: bool) -> mujoco.Renderer:
         key = (*size, fast)
@@ -130,9 +149,13 @@ class Renderer:
         """Return an image of one environment, (h, w, c). See ``Simulation.render`` for the arguments and the result."""
         self._drawn.show(env)
         renderer = self._renderer(size, fast)
-        renderer.update_scene(self._drawn.data, -1 if camera is None else camera, self._option)
-        if fast:
-            _flatten_planes(renderer.scene)
+        view = -1 if camera is None else camera
+        self._model.geom_group[:] = self._groups
+        renderer.update_scene(self._drawn.data, view, self._option)
+        if fast:  # without shadows and reflections, what is out of view does not matter
+            self._model.geom_group[~self._is_in_view(renderer.scene, size)] = _HIDDEN
+            renderer.update_scene(self._drawn.data, view, self._option)
+            _flatten_planes(renderer.scene, self._planes)
         match modality:
             case "rgb":
                 for marker in markers:
@@ -150,11 +173,90 @@ class Renderer:
                 renderer.disable_segmentation_rendering()
                 return np.where(geoms < 0, -1, self._model.geom_bodyid[geoms]).astype(np.int32)
 
+    def _is_in_view(self, scene: mujoco.MjvScene, size: tuple[int, int]) -> np.ndarray[Any, np.dtype[np.bool_]]:
+        """Return whether the bounding sphere of each geom touches the view of the scene's camera, (ngeom,)."""
+        left_eye, right_eye = scene.camera[0], scene.camera[1]
+        camera = mujoco.mjv_averageCamera(left_eye, right_eye)  # MuJoCo draws what is between two eyes
+        forward, up = np.array(camera.forward, np.float64), np.array(camera.up, np.float64)
+        offset = self._drawn.data.geom_xpos - np.array(camera.pos, np.float64)
+        right, above, ahead = offset @ np.cross(forward, up), offset @ up, offset @ forward
+        low, high = float(camera.frustum_bottom), float(camera.frustum_top)
+        half = float(camera.frustum_width) or 0.5 * (high - low) * size[1] / size[0]
+        middle, near = float(camera.frustum_center), float(camera.frustum_near)
+        radius = self._model.geom_rbound
+        visible = (ahead > -radius) | (radius <= 0.0)
+        for across, slope in (
+            (right, (middle + half) / near),
+            (-right, (half - middle) / near),
+            (above, high / near),
+            (-above, -low / near),
+        ):
+            visible &= (across - slope * ahead <= radius * np.hypot(1.0, slope)) | (radius <= 0.0)  # planes have no end
+        return np.asarray(visible)
+
     def close(self) -> None:
         """Release the OpenGL contexts."""
         for renderer in self._renderers.values():
             renderer.close()
         self._renderers.clear()
+
+
+class RenderPool:
+    """Renders many environments on several threads, each with its own OpenGL contexts.
+
+    The first thread is the caller's.
+
+    Args:
+        drawn: The rendered model.
+        num_threads: Maximum number of threads, or 0 for one per processor.
+        num_envs: Number of environments.
+
+    Raises:
+        RenderingUnavailableError: This machine cannot render.
+    """
+
+    def __init__(self, drawn: Drawn, num_threads: int, num_envs: int) -> None:
+        usable = getattr(os, "sched_getaffinity", lambda _: range(os.cpu_count() or 1))(0)
+        num_threads = max(1, min(num_threads or len(usable), num_envs // _FEWEST))
+        if num_threads > 1:  # otherwise Mesa draws each image with several threads, which wait for each other
+            os.environ.setdefault("LP_NUM_THREADS", "0")
+        self._drawn, self._first = drawn, Renderer(drawn)
+        self._threads = [ThreadPoolExecutor(1, "render") for _ in range(num_threads - 1)]
+        self._others: list[Renderer | None] = [None] * len(self._threads)
+
+    def draw(self, envs: Sequence[int], *view: Any) -> list[np.ndarray[Any, Any]]:
+        """Return an image of each environment. For the other arguments, see :meth:`Renderer.draw`."""
+        count = max(1, min(len(self._threads) + 1, len(envs) // _FEWEST))
+        pictures: list[Any] = [None] * len(envs)
+
+        def work(number: int, renderer: Renderer) -> None:
+            for place in range(number, len(envs), count):
+                pictures[place] = renderer.draw(envs[place], *view)
+
+        def work_elsewhere(number: int) -> None:
+            renderer = self._others[number - 1]
+            if renderer is None:
+                renderer = self._others[number - 1] = Renderer(self._drawn.copy())
+            work(number, renderer)
+
+        futures = [
+            thread.submit(work_elsewhere, number + 1) for number, thread in enumerate(self._threads[: count - 1])
+        ]
+        try:
+            work(0, self._first)
+        finally:
+            wait(futures)
+        for future in futures:
+            future.result()
+        return pictures
+
+    def close(self) -> None:
+        """Release the OpenGL contexts, each in its thread."""
+        self._first.close()
+        for thread, renderer in zip(self._threads, self._others, strict=True):
+            if renderer is not None:
+                thread.submit(renderer.close).result()
+            thread.shutdown()
 
 
 class Viewer:
@@ -191,10 +293,14 @@ class Viewer:
         self._window.close()
 
 
-def _flatten_planes(scene: mujoco.MjvScene) -> None:
-    """Replace planes with large flat boxes, which software OpenGL renders twice as fast."""
-    for geom in scene.geoms[: scene.ngeom]:
+def _flatten_planes(scene: mujoco.MjvScene, count: int) -> None:
+    """Replace ``count`` planes with large flat boxes, which software OpenGL renders twice as fast."""
+    for i in range(scene.ngeom):
+        if not count:  # the floor is usually the first shape
+            return
+        geom = scene.geoms[i]
         if geom.type == mujoco.mjtGeom.mjGEOM_PLANE:
+            count -= 1
             geom.type, geom.size = mujoco.mjtGeom.mjGEOM_BOX, _FLAT
             geom.pos -= _FLAT[2] * geom.mat[:, 2]  # the upper face coincides with the plane
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -28,6 +28,27 @@ _SWAP = np.eye(6)[[3, 4, 5, 0, 1, 2]].ravel()
 _ARM = np.zeros((3, 36))
 _ARM.reshape(3, 6, 6)[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = 1.0
 _ARM.reshape(3, 6, 6)[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = -1.0
+
+
+class _Frame(NamedTuple):
+    """Views of a link's state in arrays that the batch updates in place.
+
+    Attributes:
+        pose: Position, (num_envs, 3) [m], and orientation, (num_envs, 4), in the world frame.
+        linear: Linear velocity of the link's point at the tree's center of mass, (num_envs, 3) [m/s].
+        angular: Angular velocity, (num_envs, 3) [rad/s].
+        center: Center of mass of the link's tree, (num_envs, 3) [m].
+        motions: Angular and linear velocity at the center of mass per joint velocity, (num_envs, 6, nv), or None if
+            MuJoCo's degrees of freedom are not the robot's.
+        moved: 1 for each joint that moves the link, otherwise 0, (dof,), or None if all joints move the link.
+    """
+
+    pose: tuple[Floats, Floats]
+    linear: Floats
+    angular: Floats
+    center: Floats
+    motions: Floats | None
+    moved: Floats | None
 
 
 class MujocoRobot(RobotHandle):
@@ -61,31 +82,26 @@ class MujocoRobot(RobotHandle):
         self._arm, self._shift = np.zeros((n, 1, 3)), np.zeros((n, 1, 36))
         self._shift_matrix = self._shift.reshape(n, 6, 6)
         self._swap = np.broadcast_to(_SWAP, self._shift.shape).copy()
-        self._body_ids: dict[str, int] = {}
-        self._poses: dict[str, tuple[Floats, Floats]] = {}
-        self._motions: dict[str, tuple[Floats, Floats, Floats, Floats | None]] = {}
+        self._frames: dict[str, _Frame] = {}
         bodies = {mj.body(i).name for i in range(mj.nbody)}
         self._between = {joint.child: joint for joint in model.joints if f"{name}/{joint.child}" not in bodies}
+        self._bodies: np.ndarray | None = None  # of the links, found when link_poses is first called
         self._positions = _view(self._qpos, self._q_columns)
         self._velocities = _view(self._qvel, self.dofs)
 
     @property
     def joint_positions(self) -> Floats:
-        """Joint positions, (num_envs, dof) [rad or m]."""
         return np.take(self._qpos, self._q_columns, axis=1) if self._positions is None else self._positions
 
     @property
     def joint_velocities(self) -> Floats:
-        """Joint velocities, (num_envs, dof) [rad/s or m/s]."""
         return np.take(self._qvel, self.dofs, axis=1) if self._velocities is None else self._velocities
 
     @property
     def joint_efforts(self) -> Floats:
-        """Efforts that the drives applied in the last physics step, (num_envs, dof) [N·m or N]."""
         return self._efforts
 
     def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
-        """Set the joint state without simulating the motion."""
         rows = numbers_of(mask)
         put(self._qpos, rows, self._q_columns, positions)
         put(self._qvel, rows, self.dofs, velocities)
@@ -99,7 +115,6 @@ class MujocoRobot(RobotHandle):
         self._hold()
 
     def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
-        """Change the command mode, and then command the current positions, zero velocity or zero effort."""
         self._set_modes(mode)
         self.apply_gains()
         self._hold()
@@ -122,7 +137,6 @@ class MujocoRobot(RobotHandle):
         bias[:, self.actuators, 1:3] = -np.stack([self._active_stiffness, self._active_damping], axis=-1)
 
     def command(self, values: Floats) -> None:
-        """Set the drives' targets."""
         if values.ndim == 2:
             np.multiply(self._factor, values, out=self._ctrl)
         else:
@@ -133,16 +147,13 @@ class MujocoRobot(RobotHandle):
 
     @property
     def base_pose(self) -> tuple[Floats, Floats]:
-        """Pose of the root link in the world frame: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         return self.frame_pose(self.model.root)
 
     @property
     def base_twist(self) -> tuple[Floats, Floats]:
-        """Twist at the root link's origin: lin_vel_world (num_envs, 3) [m/s], ang_vel_world (num_envs, 3) [rad/s]."""
         return self.frame_velocity(self.model.root)
 
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
-        """Teleport the root link."""
         rows = numbers_of(mask)
         if self._free is None:
             self._states["mocap_pos"][rows, self._mocap] = pos
@@ -154,57 +165,57 @@ class MujocoRobot(RobotHandle):
         self._simulation.mark_stale(mask)
 
     def write_base_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
-        """Set the velocity of a free root link."""
         if self._free is None:
             raise SimulationError(f"robot '{self.name}' has a fixed base, so its velocity cannot be set.")
         put_free_twist(self._states, self._free, numbers_of(mask), lin_vel_world, ang_vel_world)
         self._simulation.mark_stale(mask)
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the pose of a link in the world frame, at the current or given joint positions."""
         if joint_positions is not None:
             return self.planned_frame_pose(frame, joint_positions)
-        pose = self._poses.get(frame)
-        if pose is None:
-            if (link := self.frame_name(frame)) in self._between:
+        views = self._frames.get(frame)
+        if views is None:
+            link = self.frame_name(frame)
+            if link in self._between:
                 return self._pose_between(self._between[link])
-            body, derived = self._body(frame), self._simulation.derived
-            pose = derived("xpos")[:, body], derived("xquat")[:, body]
-            self._poses[frame] = pose  # views of arrays that the batch updates in place
-        self._simulation.refresh()
-        return pose
+            views = self._bind_frame(frame)
+        if self._simulation.stale is not None:
+            self._simulation.refresh()
+        return views.pose
+
+    def link_poses(self) -> tuple[Floats, Floats]:
+        if self._between:
+            poses = [self.frame_pose(link.name) for link in self.model.links]
+            return np.stack([pos for pos, _ in poses], axis=1), np.stack([quat for _, quat in poses], axis=1)
+        if self._bodies is None:
+            mj = self._simulation.model
+            self._bodies = np.array([mj.body(f"{self.name}/{link.name}").id for link in self.model.links])
+        pos, quat = (self._simulation.derived(field)[:, self._bodies] for field in ("xpos", "xquat"))
+        return pos, quat
 
     def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
-        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin, (num_envs, 3) each."""
-        twist = self._simulation.derived("cvel")[
-            :, self._body(frame)
-        ]  # angular and linear velocity about the tree's center of mass
-        pos, _ = self.frame_pose(frame)
-        arm = pos - self._simulation.derived("subtree_com")[:, self._tree]
-        return twist[:, 3:] + cross(twist[:, :3], arm), twist[:, :3]
+        views = self._frames.get(frame) or self._bind_frame(frame)
+        if self._simulation.stale is not None:
+            self._simulation.refresh()
+        return views.linear + cross(views.angular, views.pose[0] - views.center), views.angular
 
     def frame_jacobian(self, frame: str) -> Floats:
-        """Return a link's Jacobian, (num_envs, 6, dof): lin_vel_world in rows 0–2 and ang_vel_world in rows 3–5."""
-        cached = self._motions.get(frame)
-        if cached is None:
-            link = self.frame_name(frame)
-            # In MuJoCo, joints that mimic others have their own degrees of freedom.
-            if link in self._between or any(joint.mimic for joint in joint_path(self.model, link)):
+        views = self._frames.get(frame)
+        if views is None:
+            if self.frame_name(frame) in self._between:
                 return super().frame_jacobian(frame)
-            # Views of arrays that the batch updates in place: reference points, and dof motions (num_envs, 6, nv).
-            centre = self._simulation.derived("subtree_com")[:, self._tree]
-            motions = self._simulation.derived("cdof").transpose(0, 2, 1)
-            cached = self._motions[frame] = self.frame_pose(frame)[0], centre, motions, self._moved_by(frame)
-        self._simulation.refresh()
-        pos, centre, motions, moved = cached
-        np.subtract(pos, centre, out=self._arm[:, 0])
+            views = self._bind_frame(frame)
+        if views.motions is None:
+            return super().frame_jacobian(frame)
+        if self._simulation.stale is not None:
+            self._simulation.refresh()
+        np.subtract(views.pose[0], views.center, out=self._arm[:, 0])
         np.matmul(self._arm, _ARM, out=self._shift)
         np.add(self._shift, self._swap, out=self._shift)
-        jacobian: Floats = np.matmul(self._shift_matrix, motions[:, :, self.dofs])
-        return jacobian if moved is None else jacobian * moved
+        jacobian: Floats = np.matmul(self._shift_matrix, views.motions[:, :, self.dofs])
+        return jacobian if views.moved is None else jacobian * views.moved
 
     def lidar(self, name: str) -> Floats:
-        """Return the ranges measured by one of the robot's lidars, (num_envs, rays) [m]."""
         lidar, origins, directions = self.lidar_rays(name)
         distances = self._simulation.cast(origins, directions, lidar.range_max, self.seen, from_one_point=True)
         return np.maximum(distances, lidar.range_min)
@@ -216,28 +227,32 @@ class MujocoRobot(RobotHandle):
         rest = self._simulation.model.qpos0[element.qposadr] if joint.name in self.model.passive_joints else 0.0
         return moved(joint, pos, quat, self._qpos[:, element.qposadr] - rest)
 
-    def _body(self, frame: str) -> int:
-        body = self._body_ids.get(frame)
-        if body is None:
-            link = self.frame_name(frame)
-            try:
-                body = self._body_ids[frame] = int(self._simulation.model.body(f"{self.name}/{link}").id)
-            except KeyError as error:
-                raise SimulationError(
-                    f"link '{link}' is between the joints of one MJCF body, for which MuJoCo does not compute "
-                    "velocities."
-                ) from error
-        return body
-
-    def _moved_by(self, frame: str) -> Floats | None:
-        """Return 1 for each joint that moves the link, otherwise 0, (dof,), or None if all joints move the link."""
-        mj, body = self._simulation.model, self._body(frame)
+    def _bind_frame(self, frame: str) -> _Frame:
+        """Find a link's body, and store views of its state for later calls."""
+        link, mj, derived = self.frame_name(frame), self._simulation.model, self._simulation.derived
+        if link in self._between:
+            raise SimulationError(
+                f"link '{link}' is between the joints of one MJCF body, for which MuJoCo does not compute velocities."
+            )
+        body = int(mj.body(f"{self.name}/{link}").id)
+        pos, quat_wxyz, twist = (derived(field)[:, body] for field in ("xpos", "xquat", "cvel"))
+        # In MuJoCo, joints that mimic others have their own degrees of freedom.
+        has_mimics = any(joint.mimic for joint in joint_path(self.model, link))
+        motions = None if has_mimics else derived("cdof").transpose(0, 2, 1)
         chain = set()
         while body:
             chain.add(body)
             body = int(mj.body_parentid[body])
         moved = np.array([float(mj.dof_bodyid[dof] in chain) for dof in np.arange(mj.nv)[self.dofs]])
-        return None if moved.all() else moved
+        views = self._frames[frame] = _Frame(
+            pose=(pos, quat_wxyz),
+            linear=twist[:, 3:],
+            angular=twist[:, :3],
+            center=derived("subtree_com")[:, self._tree],
+            motions=motions,
+            moved=None if moved.all() else moved,
+        )
+        return views
 
 
 def _view(state: Floats, columns: slice | np.ndarray) -> Floats | None:

@@ -23,14 +23,18 @@ from frobs_sim_mujoco.columns import columns_of, numbers_of, put
 from frobs_sim_mujoco.contacts import ContactReader
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS, seen_except
 from frobs_sim_mujoco.kinematics import Kinematics
+from frobs_sim_mujoco.looks import NAMES as LOOKS
+from frobs_sim_mujoco.looks import Looks
+from frobs_sim_mujoco.mjcf import Mjcf, write_mjcf
 from frobs_sim_mujoco.options import read_options
 from frobs_sim_mujoco.overlaps import find_overlaps
-from frobs_sim_mujoco.rendering import Drawn, Renderer, Viewer
+from frobs_sim_mujoco.rendering import Drawn, RenderPool, Viewer
 from frobs_sim_mujoco.robot import MujocoRobot
 from frobs_sim_mujoco.wrenches import WrenchReader
 
 _VEL = int(mujoco.mjtStage.mjSTAGE_VEL)
 _NONE = int(mujoco.mjtStage.mjSTAGE_NONE)
+_NO_CONTACTS = int(mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
 _CTRL = int(mujoco.mjtState.mjSTATE_CTRL)
 _DIVERGED = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADQACC) + 1)
 _STATES = ("time", "qpos", "qvel", "ctrl", "mocap_pos", "mocap_quat", "xfrc_applied")
@@ -175,11 +179,12 @@ class MujocoSimulation(Simulation):
         # With several environments, storing these quantities would require one MjData per environment, which costs more
         # memory and time than it saves.
         self.batch = Batch(self.model, num_envs, 1 if num_envs == 1 else num_threads, persistent=num_envs == 1)
+        self._num_threads = num_threads
         self._warnings = self.batch.warning[:, _DIVERGED, 1]
         self._no_warnings = self._warnings.tobytes()
         self.body_ids = {self.model.body(i).name: i for i in range(1, self.model.nbody)}
         self._everywhere = np.ones(num_envs, np.bool_)
-        self._stale: Mask | None = None
+        self.stale: Mask | None = None  # environments whose derived values must be recomputed before they are read
         self._stale_constants: Mask | None = None
         self._derived: dict[str, Floats] = {}
         self._applied = AppliedWrenches(num_envs)
@@ -202,8 +207,19 @@ class MujocoSimulation(Simulation):
         # A recorded step does not compute derived values. For one environment, Kinematics computes them faster than the
         # batch.
         self._kinematics = Kinematics(self.batch) if num_envs == 1 and self._senses else None
-        self._renderer: Renderer | None = None
+        # Poses and velocities do not depend on contacts. If bodies can touch, several environments compute them faster
+        # in a pass without contacts than in the last stage of a step.
+        separate = num_envs > 1 and bool(scene.bodies)
+        self._disabled = self.batch.expand("opt.disableflags") if separate else np.zeros(0, np.int32)
+        self._disabled_by_model = self._disabled.copy()
+        self._stage = _NONE if separate else _VEL
+        self._renderer: RenderPool | None = None
+        self._draws_scenery = False
         self._mocaps: dict[tuple[str, ...], slice | np.ndarray | None] = {}
+        around = [body.pose.pos[:2] for body in scene.bodies.values()] or [
+            placement.pose.pos[:2] for placement in robots.values()
+        ]
+        self.looks = Looks(num_envs, lambda: self._build_model(visuals=True), np.mean(around or [(0.0, 0.0)], axis=0))
         self.sizes: dict[str, Floats] = {}  # size factors of resized bodies, (num_envs,) each
         self._viewer: Viewer | None = None
         self._closed = False
@@ -218,11 +234,10 @@ class MujocoSimulation(Simulation):
         for body in self.bodies.values():
             body.start()
         self._initial = self.batch.state.copy()
-        self._stale = self._everywhere
+        self.stale = self._everywhere
 
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
-        """Describe how the elements of a robot's model file are translated."""
         return translate(model, read_tables(TABLES)[model.format])
 
     @property
@@ -232,7 +247,6 @@ class MujocoSimulation(Simulation):
 
     @property
     def time(self) -> Floats:
-        """Simulated time since the reset, (num_envs,) [s]."""
         return np.asarray(self.states["time"])
 
     @property
@@ -248,7 +262,6 @@ class MujocoSimulation(Simulation):
         return self._applied.wrenches()
 
     def reset(self, mask: Mask | None = None) -> None:
-        """Reset environments to the scene's initial state."""
         self._check_open()
         self._applied.reset(mask)
         ids = None if mask is None else np.flatnonzero(mask)
@@ -265,15 +278,14 @@ class MujocoSimulation(Simulation):
         self.mark_stale(mask)
 
     def step(self, decimation: int) -> None:
-        """Advance every environment by ``decimation`` physics steps."""
         if self._stale_constants is not None:
             self._set_constants()
         if self._applied:
             for name, wrench in self._applied.items():
                 self.states["xfrc_applied"][:, self.body_ids[name]] = wrench
         if self._rows is None and not self._senses:
-            self.batch.step(nstep=decimation, stage=_VEL)
-            self._stale = None
+            self.batch.step(nstep=decimation, stage=self._stage)
+            self.stale = None if self._stage == _VEL else self._everywhere
             self.efforts[:] = self._actuator_force
         else:
             self._step_recorded(decimation)
@@ -300,7 +312,7 @@ class MujocoSimulation(Simulation):
         self._records[decimation] = recorded
         self._rows = None
         self.efforts[:] = self._actuator_force
-        self._stale = self._everywhere  # derived values are computed when read, because tasks may move bodies first
+        self.stale = self._everywhere  # derived values are computed when read, because tasks may move bodies first
         if self.scene.contacts:
             self._contact_reader.read(recorded["sensordata"], self.contacts)
         if before is not None:
@@ -308,7 +320,6 @@ class MujocoSimulation(Simulation):
                 self.sensor_wrenches[name][:] = wrench
 
     def rays(self, origins: Floats, directions: Floats, max_range: float, exclude: str = "") -> Floats:
-        """Cast rays against all colliding shapes, except those of the robot ``exclude``."""
         if exclude and exclude not in self.robots:
             raise UnknownNameError("robot of the simulation", exclude, self.robots)
         seen = self.robots[exclude].seen if exclude else seen_except()
@@ -327,7 +338,6 @@ class MujocoSimulation(Simulation):
     def write_body_poses(
         self, names: Sequence[str], pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None
     ) -> None:
-        """Teleport several bodies."""
         columns = self._mocap_columns(tuple(names))
         if columns is None:  # some are free or static
             super().write_body_poses(names, pos, quat_wxyz, mask)
@@ -346,26 +356,24 @@ class MujocoSimulation(Simulation):
         return self._mocaps[names]
 
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
-        """Apply a force and a torque at a body's center of mass during the next ``step``."""
         parameters.body_id(self, body)  # raises an error if the body does not exist
         self._applied.add(body, force_world, torque_world, mask)
 
     def parameter(self, name: str, target: str = "") -> Floats:
-        """Return a physical parameter's value in each environment."""
         return parameters.read(self, name, target)
 
     def parameter_targets(self, name: str) -> Sequence[str]:
         """Return the targets of a parameter; the targets of ``size`` are the scene bodies that can be resized."""
+        if name in LOOKS:
+            return self.looks.targets(name)
         return self.scene.sizable_bodies if name == "size" else super().parameter_targets(name)
 
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
-        """Change a physical parameter."""
         parameters.write(self, name, target, values, mask)
         self._mark_model_stale()
         self.mark_stale(mask)
 
     def snapshot(self) -> Snapshot:
-        """Return the states and the parameters of all environments."""
         state: Snapshot = {"state": self.batch.state.copy(), "warning": self.batch.warning.copy()}
         state["efforts"] = self.efforts.copy()
         sensed = {f"wrench/{name}": wrench.copy() for name, wrench in self.sensor_wrenches.items()}
@@ -373,7 +381,6 @@ class MujocoSimulation(Simulation):
         return state | {name: array for part in parts for name, array in part.items()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
         parameters.restore(self, snapshot)
         self._mark_model_stale()
         self.batch.state[:] = snapshot["state"]
@@ -394,22 +401,23 @@ class MujocoSimulation(Simulation):
         markers: Sequence[Marker] = (),
         fast: bool = False,
     ) -> np.ndarray[Any, Any]:
-        """Render environments."""
         self._check_open()
         if camera is not None and camera not in self.scene.cameras:
             raise UnknownNameError("camera", camera, self.scene.cameras)
         check_name("modality", modality, self.render_modalities)
         name = camera or next(iter(self.scene.cameras), None)
+        if self._renderer is not None and self.looks.needs_scenery and not self._draws_scenery:
+            self._renderer.close()
+            self._renderer = None
         if self._renderer is None:
-            self._renderer = Renderer(self._drawn())
+            self._renderer = RenderPool(self._drawn(), self._num_threads, self.num_envs)
         chosen = list(range(self.num_envs)) if mask is None else np.flatnonzero(mask).tolist()
         height, width = size
         drawn = chosen or [0]  # an empty mask still requires one image to determine the shape and dtype
-        pictures = [self._renderer.draw(i, name, (height, width), modality, markers, fast) for i in drawn]
+        pictures = self._renderer.draw(drawn, name, (height, width), modality, markers, fast)
         return np.stack(pictures)[: len(chosen)]
 
     def open_viewer(self) -> None:
-        """Open a window that shows the first environment."""
         self._check_open()
         if self._viewer is None:
             self._viewer = Viewer(self._drawn())
@@ -424,8 +432,18 @@ class MujocoSimulation(Simulation):
         model = self._build_model(overlaps=True)
         return find_overlaps(model, self.batch.state[0], f"{robot}/")
 
+    def export_mjcf(self) -> Mjcf:
+        """Return the model, including visual shapes, for other programs that use MuJoCo.
+
+        Parameters that were changed after the simulation was built are not included.
+
+        Raises:
+            SimulationError: A part of a robot's MJCF file is stored in another file, such as a mesh or a texture.
+        """
+        model, spec = self._build(visuals=True)
+        return write_mjcf(model, spec)
+
     def bare_engine(self) -> BareMujoco:
-        """Return a bare MuJoCo engine for benchmarks."""
         return BareMujoco(self.model, self.num_envs, self.batch.nthread)
 
     def close(self) -> None:
@@ -437,24 +455,35 @@ class MujocoSimulation(Simulation):
         self._closed = True
 
     def _drawn(self) -> Drawn:
-        return Drawn(self._build_model(visuals=True), self.batch, self.sizes)
+        self._draws_scenery = self.looks.needs_scenery
+        if not self._draws_scenery:
+            return Drawn(self._build_model(visuals=True), self.batch, self.sizes, self.looks)
+        model = self._build_model(visuals=True, spare=True)
+        self.looks.adopt_span(model)
+        return Drawn(model, self.batch, self.sizes, self.looks)
 
-    def _build_model(self, *, visuals: bool = False, overlaps: bool = False) -> mujoco.MjModel:
+    def _build_model(self, *, visuals: bool = False, overlaps: bool = False, spare: bool = False) -> mujoco.MjModel:
+        return self._build(visuals=visuals, overlaps=overlaps, spare=spare)[0]
+
+    def _build(
+        self, *, visuals: bool = False, overlaps: bool = False, spare: bool = False
+    ) -> tuple[mujoco.MjModel, mujoco.MjSpec]:
         return build_model(
             self._placements,
             self.scene,
             self.physics_timestep,
             visuals=visuals,
             overlaps=overlaps,
+            spare=spare,
             options=self._options,
         )
 
     def mark_stale(self, mask: Mask | None) -> None:
         """Mark the environments' states as changed, so that derived values are recomputed before they are read."""
         if mask is None:
-            self._stale = self._everywhere
+            self.stale = self._everywhere
         else:
-            self._stale = mask.copy() if self._stale is None else self._stale | mask
+            self.stale = mask.copy() if self.stale is None else self.stale | mask
 
     def mark_constants_stale(self, mask: Mask | None) -> None:
         """Mark masses as changed, so that MuJoCo's derived constants are recomputed before they are used."""
@@ -473,14 +502,18 @@ class MujocoSimulation(Simulation):
 
     def refresh(self) -> None:
         """Recompute the derived values of all states that have changed."""
-        if self._stale is not None:
+        if self.stale is not None:
             if self._stale_constants is not None:
                 self._set_constants()
             if self._kinematics is not None:
                 self._kinematics.update()
             else:
-                self.batch.forward(None if self._stale.all() else np.flatnonzero(self._stale), stage=_VEL)
-            self._stale = None
+                self._disabled |= _NO_CONTACTS
+                try:
+                    self.batch.forward(None if self.stale.all() else np.flatnonzero(self.stale), stage=_VEL)
+                finally:
+                    self._disabled[:] = self._disabled_by_model
+            self.stale = None
 
     def derived(self, field: str) -> Floats:
         """Return the current values of an MjData field that is derived from the states."""

@@ -73,12 +73,7 @@ class WrenchReader:
 
 
 class _Sensor:
-    """One force-torque sensor of a model.
-
-    Args:
-        model: Compiled model that contains the sensor.
-        name: ``robot/sensor``.
-    """
+    """One force-torque sensor, named ``robot/sensor``, of a compiled model."""
 
     def __init__(self, model: mujoco.MjModel, name: str) -> None:
         starts = [int(model.sensor(f"{name} {number}").adr[0]) for number in range(len(_TYPES))]

@@ -30,18 +30,15 @@ class PybulletBody(BodyHandle):
 
     @property
     def pose(self) -> tuple[Floats, Floats]:
-        """Pose in the world frame: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         pose = self._simulation.watched(f"bodies/{self.name}/pose")
         return pose[:, :3], pose[:, 3:]
 
     @property
     def twist(self) -> tuple[Floats, Floats]:
-        """Velocity: lin_vel_world (num_envs, 3) [m/s] of the body's origin and ang_vel_world (num_envs, 3) [rad/s]."""
         twist = self._simulation.watched(f"bodies/{self.name}/twist")
         return twist[:, :3], twist[:, 3:]
 
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
-        """Teleport the body."""
         if not self.moves:
             raise SimulationError(
                 f"body '{self.name}' is static, so its pose cannot be set; make it kinematic or set a mass."
@@ -50,7 +47,6 @@ class PybulletBody(BodyHandle):
         self._simulation.write_body_poses([self.name], np.expand_dims(pos, -2), quats, mask)
 
     def write_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
-        """Set the velocity of a free body."""
         if not self._is_free:
             raise SimulationError(f"body '{self.name}' is not free, so its velocity cannot be set; set a mass.")
         n = self._simulation.count(mask)

@@ -120,15 +120,9 @@ def _minimise(matrix: Floats, slope: Floats, low: Floats, high: Floats) -> Float
 
 
 def _guess(matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Floats, free: Mask) -> Floats:
-    """Compute efforts with an active-set method. They are exact if the final set of active bounds is correct.
+    """Compute efforts, (n,), with an active-set method, from given efforts and a guess of those between their bounds.
 
-    Args:
-        matrix: (n, n)
-        slope: (n,)
-        low: (n,)
-        high: (n,)
-        efforts: Initial efforts, (n,).
-        free: Initial guess of which efforts lie strictly between their bounds, (n,) bool.
+    The efforts are exact if the final set of active bounds is correct.
     """
     for _ in range(_GUESSES):
         inner, outer = free.nonzero()[0], (~free).nonzero()[0]

@@ -255,9 +255,7 @@ class Drive:
 def _fingers(articulation: Articulation, leaders: Sequence[tuple[int, int]]) -> list[int]:
     """Return the indices of the joints that move the fingers of a robot's grippers, but not the tool center point.
 
-    Args:
-        articulation: The robot.
-        leaders: For each joint, its index and the index of the joint whose drive moves it.
+    ``leaders`` contains each joint's index and the index of the joint whose drive moves it.
     """
     model = articulation.placement.model
     tools = articulation.placement.robot.end_effectors.values()
@@ -267,11 +265,10 @@ def _fingers(articulation: Articulation, leaders: Sequence[tuple[int, int]]) -> 
 
 
 def _shares(articulation: Articulation) -> list[tuple[int, int, float]]:
-    """Return how the drives' efforts are distributed over the joints.
+    """Return how the drives' efforts are distributed over the joints, as three numbers for each joint.
 
-    Returns:
-        For each joint, its index, the index of the joint whose drive moves it (the same joint, or the leader of a mimic
-        joint), and the joint's share of the drive's effort.
+    These are its index, the index of the joint whose drive moves it (the same joint, or the leader of a mimic joint),
+    and its share of the drive's effort.
     """
     shares = []
     mimics = [follower for follower, _, _ in articulation.mimics]

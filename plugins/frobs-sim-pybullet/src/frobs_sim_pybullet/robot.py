@@ -36,25 +36,20 @@ class PybulletRobot(RobotHandle):
 
     @property
     def joint_positions(self) -> Floats:
-        """Joint positions, (num_envs, dof) [rad or m]."""
         return self._positions
 
     @property
     def joint_velocities(self) -> Floats:
-        """Joint velocities, (num_envs, dof) [rad/s or m/s]."""
         return self._velocities
 
     @property
     def joint_efforts(self) -> Floats:
-        """Efforts that the drives applied in the last physics step, (num_envs, dof) [N·m or N]."""
         return self._efforts
 
     def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
-        """Set the joint state without simulating the motion."""
         self._simulation.call("write_joints", mask, self.name, (positions, (self.dof,)), (velocities, (self.dof,)))
 
     def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
-        """Change the command mode, and command the current positions, zero velocity or zero effort accordingly."""
         self._set_modes(mode)
         self.apply_gains()
         self.hold(slice(None))
@@ -69,7 +64,6 @@ class PybulletRobot(RobotHandle):
         self.apply_gains()
 
     def command(self, values: Floats) -> None:
-        """Set the drives' targets."""
         if values.ndim == 2:
             np.multiply(self._factor, values, out=self._command)
             self._simulation.command_rows.pop(self.name, None)
@@ -82,22 +76,18 @@ class PybulletRobot(RobotHandle):
 
     @property
     def base_pose(self) -> tuple[Floats, Floats]:
-        """Pose of the root link in the world frame: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         return self.frame_pose(self.model.root)
 
     @property
     def base_twist(self) -> tuple[Floats, Floats]:
-        """Twist at the root link's origin: lin_vel_world (num_envs, 3) [m/s], ang_vel_world (num_envs, 3) [rad/s]."""
         return self.frame_velocity(self.model.root)
 
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
-        """Teleport the root link."""
         n = self._simulation.count(mask)
         pose = np.concatenate([np.broadcast_to(pos, (n, 3)), np.broadcast_to(quat_wxyz, (n, 4))], axis=1)
         self._simulation.call("write_base_pose", mask, self.name, (pose, (7,)))
 
     def write_base_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
-        """Set the velocity of a free root link."""
         if self.robot.base == "fixed":
             raise SimulationError(f"robot '{self.name}' has a fixed base, so its velocity cannot be set.")
         n = self._simulation.count(mask)
@@ -105,7 +95,6 @@ class PybulletRobot(RobotHandle):
         self._simulation.call("write_base_twist", mask, self.name, (twist, (6,)))
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the pose of a link in the world frame, at the current or given joint positions."""
         if joint_positions is not None:
             return self.planned_frame_pose(frame, joint_positions)
         poses = self._poses.get(frame)
@@ -115,16 +104,13 @@ class PybulletRobot(RobotHandle):
         return poses
 
     def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
-        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin, (num_envs, 3) each."""
         twist = self._watched("twist", frame)
         return twist[:, :3], twist[:, 3:]
 
     def frame_jacobian(self, frame: str) -> Floats:
-        """Return a link's Jacobian in the world frame, (num_envs, 6, dof): linear rows 0–2 and angular rows 3–5."""
         return self._watched("jacobian", frame)
 
     def lidar(self, name: str) -> Floats:
-        """Return the ranges measured by one of the robot's lidars, (num_envs, rays) [m]."""
         lidar, origins, directions = self.lidar_rays(name)
         return np.maximum(self._simulation.rays(origins, directions, lidar.range_max, self.name), lidar.range_min)
 

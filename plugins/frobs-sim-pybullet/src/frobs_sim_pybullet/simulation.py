@@ -122,7 +122,6 @@ class PybulletSimulation(Simulation):
 
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
-        """Describe how the elements of a robot's model file are translated."""
         return translate(model, read_tables(TABLES)[model.format])
 
     @property
@@ -143,7 +142,6 @@ class PybulletSimulation(Simulation):
 
     @property
     def time(self) -> Floats:
-        """Simulated time since the reset, (num_envs,) [s]."""
         return self.arrays["time"]
 
     @property
@@ -157,7 +155,6 @@ class PybulletSimulation(Simulation):
         return self._applied.wrenches()
 
     def reset(self, mask: Mask | None = None) -> None:
-        """Reset environments to the scene's initial state."""
         self._applied.reset(mask)
         self.call("reset", mask)
         self.contacts.clear(mask)
@@ -166,7 +163,6 @@ class PybulletSimulation(Simulation):
         self.command_rows.clear()
 
     def step(self, decimation: int) -> None:
-        """Advance every environment by ``decimation`` physics steps."""
         if self._closed:
             raise SimulationError("the simulation is closed.")
         for body, force, torque, mask in self.wrenches:
@@ -190,7 +186,6 @@ class PybulletSimulation(Simulation):
             self._viewer.sync(self.arrays, self.parameters.sizes(0))
 
     def rays(self, origins: Floats, directions: Floats, max_range: float, exclude: str = "") -> Floats:
-        """Cast rays against all colliding shapes, except those of the robot ``exclude``."""
         if exclude and exclude not in self.robots:
             raise UnknownNameError("robot of the simulation", exclude, self.robots)
         ends = origins.shape[1:]
@@ -199,7 +194,6 @@ class PybulletSimulation(Simulation):
     def write_body_poses(
         self, names: Sequence[str], pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None
     ) -> None:
-        """Teleport several bodies."""
         if not all(self.bodies[name].moves for name in names):
             super().write_body_poses(names, pos, quat_wxyz, mask)  # raises an error with the name of the static body
             return
@@ -207,16 +201,13 @@ class PybulletSimulation(Simulation):
         self.call("write_bodies", mask, list(names), (pos, (len(names), 3)), *quats)
 
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
-        """Apply a force and a torque at a body's center of mass during the next ``step``."""
         self.parameters.check_body(body)
         self._applied.add(body, force_world, torque_world, mask)
 
     def parameter(self, name: str, target: str = "") -> Floats:
-        """Return a physical parameter's value in each environment."""
         return self.parameters.read(name, target)
 
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
-        """Change a physical parameter."""
         self.parameters.write(name, target, values, mask)
 
     def parameter_targets(self, name: str) -> Sequence[str]:
@@ -233,7 +224,6 @@ class PybulletSimulation(Simulation):
         return {**state, **self._applied.snapshot(), **self.parameters.snapshot()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
         self.parameters.restore(snapshot)
         self._applied.restore(snapshot)
         for name in layout.state_names(self.arrays):
@@ -254,7 +244,6 @@ class PybulletSimulation(Simulation):
         markers: Sequence[Marker] = (),
         fast: bool = False,
     ) -> np.ndarray[Any, Any]:
-        """Render environments."""
         if camera is not None and camera not in self.scene.cameras:
             raise UnknownNameError("camera", camera, self.scene.cameras)
         check_name("modality", modality, self.render_modalities)
@@ -272,7 +261,6 @@ class PybulletSimulation(Simulation):
         return np.stack(pictures)[: len(chosen)]
 
     def open_viewer(self) -> None:
-        """Open a window that shows the first environment."""
         self._watch_what_is_drawn()
         if self._viewer is None:
             self._viewer = Viewer(self.placements, self.scene)

@@ -1,0 +1,77 @@
+"""Fast images: drawing less and on several threads changes no pixel."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from frobs_sim_mujoco.rendering import Renderer
+
+pytestmark = pytest.mark.needs("rendering")
+LENS = {"fx": 60.0, "fy": 70.0, "cx": 10.0, "cy": 55.0, "width": 64, "height": 64}
+CAMERAS: dict[str, Any] = {
+    "lens": {"link": "gripper_body", "pos": [0.08, 0, 0], "target": [0, 0, 0.12], "intrinsics": LENS},
+    "inside": {"pos": [0.4, 0.0, 0.1], "target": [0.6, 0.05, 0.0], "fov_y": 100},
+}
+
+
+@pytest.fixture(scope="module")
+def simulation() -> Any:
+    env = gym.make_vec(
+        "frobs_core:frobs/PandaPickAndPlace-v0",
+        num_envs=12,
+        cameras=CAMERAS,
+        num_threads=3,
+        randomize={"size": {"scale": [0.6, 1.4], "target": "cube"}, "distractors": {"set": [0, 8.9]}},
+    )
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    for _ in range(15):
+        env.step(env.action_space.sample())
+    yield env.unwrapped.simulation
+    env.close()
+
+
+@pytest.mark.parametrize("modality", ["rgb", "depth", "segmentation"])
+@pytest.mark.parametrize("camera", ["overview", "wrist", "lens", "inside"])
+@pytest.mark.parametrize("size", [(64, 64), (40, 72)])
+def test_fast_images_show_everything_that_is_in_view(
+    simulation: Any, camera: str, modality: str, size: tuple[int, int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    together = simulation.render(None, camera, size, modality, fast=True)
+    monkeypatch.setattr(Renderer, "_is_in_view", lambda self, *_: np.ones(self._model.ngeom, np.bool_))
+    for row, image in enumerate(together):
+        alone = simulation.render(np.arange(12) == row, camera, size, modality, fast=True)[0]
+        np.testing.assert_array_equal(image, alone, err_msg=f"row {row}")
+
+
+def test_what_is_out_of_view_is_not_drawn(simulation: Any) -> None:
+    simulation.render(None, "wrist", (64, 64), fast=True)
+    renderer = simulation._renderer._first
+    drawn = renderer._renderer((64, 64), True).scene.ngeom
+    simulation.render(np.arange(12) == 0, "wrist", (64, 64))
+    assert drawn < 0.5 * renderer._renderer((64, 64), False).scene.ngeom
+
+
+def test_full_images_after_fast_ones_show_all_shadows(simulation: Any) -> None:
+    first = simulation.render(np.arange(12) == 1, "wrist", (96, 96))
+    simulation.render(None, "inside", (96, 96), fast=True)
+    np.testing.assert_array_equal(simulation.render(np.arange(12) == 1, "wrist", (96, 96)), first)
+
+
+def test_a_program_ends_without_closing_its_environments() -> None:
+    program = (
+        "import gymnasium as gym\n"
+        "env = gym.make_vec('frobs_core:frobs/PandaPickAndPlace-v0', num_envs=16, num_threads=2)\n"
+        "env.reset(seed=0)\n"
+        "print(env.unwrapped.simulation.render(None, 'wrist', (32, 32), fast=True).mean() > 0)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300, check=False)
+    assert (done.returncode, done.stdout.strip()) == (0, "True"), done.stderr
+    assert "Traceback" not in done.stderr, done.stderr
+    assert "Exception ignored" not in done.stderr, done.stderr
