@@ -95,15 +95,15 @@ def test_pieces_are_computed_once(ring: Path, monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_a_missing_library_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "box.stl"
-    trimesh.creation.box((0.1, 0.2, 0.321)).export(path)
+    path = tmp_path / "ring.stl"
+    trimesh.creation.torus(0.1, 0.0321).export(path)
     monkeypatch.setitem(sys.modules, "coacd", None)
     with pytest.raises(MissingDependencyError, match=r"coacd; install with: pip install -e '.*\[decomposition\]'"):
         convex_parts(Mesh(path, decomposed=True))
 
 
 def test_a_mesh_that_would_take_minutes_is_rejected(tmp_path: Path) -> None:
-    path = tmp_path / "ball.stl"
-    trimesh.creation.icosphere(subdivisions=6).export(path)
+    path = tmp_path / "ring.stl"
+    trimesh.creation.torus(0.1, 0.03, major_sections=400, minor_sections=200).export(path)
     with pytest.raises(ModelFileError, match=f"at most {MAX_FACES:,} can be decomposed"):
         convex_parts(Mesh(path, decomposed=True))

@@ -38,7 +38,6 @@ algorithm_config:
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 def test_both_arms_learn_to_reach(tmp_path: Path) -> None:
     file = tmp_path / "two_arms.yaml"
     file.write_text(SETTINGS, encoding="utf-8")

@@ -6,14 +6,16 @@ import pytest
 
 from frobs_core.util.errors import ConfigFileError, ConfigurationError
 from frobs_core.util.validation import positive
-from frobs_tasks_legacy.yaml import read_values
+from frobs_tasks_legacy.yaml import TaskFiles
 
 
 def read(folder: Path, *texts: str, **keywords: object) -> dict[str, object]:
     paths = [folder / f"task_{i}.yaml" for i in range(len(texts))]
     for path, text in zip(paths, texts, strict=True):
         path.write_text(text, "utf-8")
-    return read_values(paths, "robot", {"size": positive, "speed": positive}, ["colour"], keywords)
+    used = {"size": positive, "speed": positive}
+    files = TaskFiles(folder="", kind="", roots={}, used=used, ignored=["colour"])
+    return files.read_files(paths, "robot", keywords)
 
 
 def test_what_means_something_is_read_and_the_rest_passed_over(tmp_path: Path) -> None:

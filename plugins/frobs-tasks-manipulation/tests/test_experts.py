@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
+from expert_runs import expert_of, made, success_rate
 
 from frobs_core import load_policy
 from frobs_core.contracts import Expert
-from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.testing import CheckFailure, check_env
 
@@ -34,32 +33,7 @@ IDS = [f"frobs_core:frobs/{arm}{task}-v0" for arm in ("Panda", "Ur5") for task i
 LIFT = "frobs_core:frobs/PandaLift-v0"
 
 
-@contextmanager
-def made(id: str, **keywords: Any) -> Iterator[RobotVectorEnv]:
-    with closing(gym.make_vec(id, **keywords)) as env:
-        assert isinstance(env.unwrapped, RobotVectorEnv)
-        yield env.unwrapped
-
-
-def expert_of(env: RobotVectorEnv) -> Any:
-    return load_policy("expert", env)
-
-
-def success_rate(env: RobotVectorEnv) -> float:
-    """Return the success of the expert in one episode of each environment."""
-    expert = expert_of(env)
-    env.reset(seed=0)
-    start = np.ones(env.num_envs, bool)
-    ended = False
-    while not ended:
-        *_, truncated, info = env.step(expert.act(None, start))
-        start = np.zeros(env.num_envs, bool)
-        ended = bool(truncated.all())
-    return float(info["final_info"]["is_success"].mean())
-
-
 @pytest.mark.slow
-@pytest.mark.exhaustive
 @pytest.mark.parametrize("id", IDS)
 def test_the_expert_succeeds_from_200_random_starts(id: str) -> None:
     with made(id, num_envs=200) as env:
@@ -68,7 +42,6 @@ def test_the_expert_succeeds_from_200_random_starts(id: str) -> None:
 
 @pytest.mark.needs("pybullet")
 @pytest.mark.slow
-@pytest.mark.exhaustive
 @pytest.mark.parametrize("id", IDS)
 def test_the_expert_succeeds_on_pybullet(id: str) -> None:
     with made(id, num_envs=10, simulator="pybullet") as env:

@@ -32,7 +32,7 @@ def test_pucks_start_in_the_working_area_and_goals_are_in_front_of_it() -> None:
         puck, goal = task.cube.pos - [0.4, 0.1, 0.015], task.goal - [1.0, 0.1, 0.015]
         assert np.abs(puck).max(axis=0) == pytest.approx([0.05, 0.05, 0.0], abs=5e-3)
         assert np.abs(goal).max(axis=0) == pytest.approx([0.1, 0.1, 0.0], abs=1e-2)
-        assert task.opening == pytest.approx(np.zeros(64), abs=1e-3)
+        assert task.tool.opening == pytest.approx(np.zeros(64), abs=1e-3)
 
 
 @pytest.mark.parametrize("id", ["PandaSlide-v0", "Ur5Slide-v0"])

@@ -6,7 +6,7 @@ import pytest
 from frobs_core.util.rotations import quat_rotate
 from frobs_tasks_legacy.reach.task import at_limits, unit_direction
 from frobs_tasks_reach.motion import oscillation
-from frobs_tasks_reach.reach import distance, missed, turn_back
+from frobs_tasks_reach.reach import distance, turn_back
 
 RNG = np.random.default_rng(0)
 
@@ -26,10 +26,6 @@ def test_distance_of_a_row_does_not_depend_on_the_batch_or_its_layout(layout):
 def test_unit_direction_has_length_one_and_is_zero_at_the_goal():
     directions = unit_direction(np.array([[3.0, 0.0, 4.0], [0.0, 0.0, 0.0]]))
     np.testing.assert_array_equal(directions, [[0.6, 0.0, 0.8], [0.0, 0.0, 0.0]])
-
-
-def test_missed_is_minus_one_outside_of_the_tolerance_and_zero_within():
-    assert missed(np.array([0.0, 0.05, 0.06]), np.array(0.05)).tolist() == [0.0, 0.0, -1.0]
 
 
 def test_at_limits_tells_a_joint_at_or_beyond_either_limit():

@@ -45,7 +45,7 @@ class TaskFiles:
 
         Raises:
             ConfigFileError: The file cannot be read, or it contains an unknown key or an invalid value. The message
-                includes the file name and the line number.
+                includes the file name, the line number and the most similar valid key.
             ConfigurationError: A keyword has an invalid value.
             UnknownNameError: No task has this name.
         """
@@ -53,56 +53,41 @@ class TaskFiles:
             raise UnknownNameError(self.kind, name, self.roots)
         own = Path(str(files("frobs_tasks_legacy"))) / self.folder / "tasks" / f"{name}.yaml"
         paths = (own,) if config_file is None else (own, config_file)
-        return read_values(paths, self.roots[name], self.used, self.ignored, keywords)
+        return self.read_files(paths, self.roots[name], keywords)
 
+    def read_files(self, paths: Iterable[str | Path], root: str, keywords: Mapping[str, Any]) -> dict[str, Any]:
+        """Return values as :meth:`read`, from files with the key ``root``. Later files take precedence."""
+        values: dict[str, Any] = {}
+        for path in paths:
+            values |= self._read_section(path, root)
+        return values | {
+            name: check(name, keywords[name]) for name, check in self.used.items() if keywords.get(name) is not None
+        }
 
-def read_values(
-    paths: Iterable[str | Path], root: str, used: Readers, ignored: Sequence[str], keywords: Mapping[str, Any]
-) -> dict[str, Any]:
-    """Return the values from keywords and files, by key.
-
-    Args:
-        paths: Paths of the files. Later files take precedence over earlier files.
-        root: Root key of the files.
-        used: Functions that validate and convert the values, by key.
-        ignored: Keys in the files that have no effect.
-        keywords: Values by key, which take precedence over the values in the files. Values of None and unused keys are
-            ignored.
-
-    Raises:
-        ConfigFileError: A file cannot be read, or it contains an unknown key or an invalid value. The message includes
-            the file name, the line number and the most similar valid key.
-        ConfigurationError: A keyword has an invalid value.
-    """
-    values: dict[str, Any] = {}
-    for path in paths:
-        values |= _read_section(path, root, used, ignored)
-    return values | {
-        name: check(name, keywords[name]) for name, check in used.items() if keywords.get(name) is not None
-    }
-
-
-def _read_section(path: str | Path, root: str, used: Readers, ignored: Sequence[str]) -> dict[str, Any]:
-    document = load_yaml(path)
-    for key in document:
-        if key != root:
-            raise ConfigFileError(path, _line(document, key), f"unknown key '{key}'; the file must contain '{root}:'.")
-    section = document.get(root)
-    if not isinstance(section, Mapping):
-        raise ConfigFileError(path, _line(document, root), f"must contain a mapping under '{root}:'.")
-    values = {}
-    for key, value in section.items():
-        if key in used:
-            try:
-                values[key] = used[key](key, value)
-            except ConfigurationError as error:
-                raise ConfigFileError(path, _line(section, key), str(error)) from error
-        elif key not in ignored:
-            known = [*used, *ignored]
-            suggestion = nearest(str(key), known)
-            hint = f" Did you mean '{suggestion}'?" if suggestion else ""
-            raise ConfigFileError(path, _line(section, key), f"unknown key '{key}'.{hint} Known: {', '.join(known)}.")
-    return values
+    def _read_section(self, path: str | Path, root: str) -> dict[str, Any]:
+        document = load_yaml(path)
+        for key in document:
+            if key != root:
+                raise ConfigFileError(
+                    path, _line(document, key), f"unknown key '{key}'; the file must contain '{root}:'."
+                )
+        section = document.get(root)
+        if not isinstance(section, Mapping):
+            raise ConfigFileError(path, _line(document, root), f"must contain a mapping under '{root}:'.")
+        values = {}
+        for key, value in section.items():
+            if key in self.used:
+                try:
+                    values[key] = self.used[key](key, value)
+                except ConfigurationError as error:
+                    raise ConfigFileError(path, _line(section, key), str(error)) from error
+            elif key not in self.ignored:
+                known = [*self.used, *self.ignored]
+                suggestion = nearest(str(key), known)
+                hint = f" Did you mean '{suggestion}'?" if suggestion else ""
+                text = f"unknown key '{key}'.{hint} Known: {', '.join(known)}."
+                raise ConfigFileError(path, _line(section, key), text)
+        return values
 
 
 def _line(mapping: Mapping[str, Any], key: str) -> int | None:

@@ -1,4 +1,4 @@
-"""Base class of tasks in which a piece of furniture must be opened by its handle."""
+"""Tasks in which a piece of furniture must be opened by its handle."""
 
 from __future__ import annotations
 
@@ -8,32 +8,52 @@ from typing import Any, ClassVar
 import numpy as np
 
 from frobs_core.contracts import Snapshot
-from frobs_core.description import Camera, ObservationTerm, Prop, Scene
+from frobs_core.description import Camera, ObservationTerm, Prop, Rewards, RewardTerm, Scene
 from frobs_core.models import Pose
 from frobs_core.util.arrays import Floats, Mask, rows_of
 from frobs_core.util.errors import ResetOptionError
 from frobs_core.util.random import RandomSource
-from frobs_core.util.rotations import matrix_from_quat, quat_from_axis_angle, quat_rotate
+from frobs_core.util.rotations import matrix_from_quat, quat_rotate
 from frobs_core.util.validation import positive
 from frobs_tasks_manipulation.manipulation import FLOOR_FRICTION, Manipulation
-from frobs_tasks_manipulation.observed import bounded
-from frobs_tasks_manipulation.rewards import length, nearness
+from frobs_tasks_manipulation.rewards import HELD, length, nearness, shaped
+from frobs_tasks_manipulation.tracked import bounded
+from frobs_tasks_manipulation.working_area import draw_turn
 
 HANDLE = "handle"
 _TURN = 0.15
 """Maximum initial rotation of the furniture about the vertical axis [rad]."""
+
+_DOOR = "the door is at the target angle and moves slowly"
+_DRAWER = "the drawer is at the target distance and moves slowly"
+
+
+def _rewards(condition: str, joint: str) -> Rewards:
+    """Return the rewards for furniture whose joint position is described by ``joint``."""
+    return shaped(
+        condition,
+        approach=RewardTerm(
+            function=lambda task: nearness(task.to_handle, 0.2),
+            weight=0.3,
+            meaning="1 − tanh(d / 0.2 m), where d is the distance from the tool to the handle",
+        ),
+        open=RewardTerm(
+            function=lambda task: 1.0 - np.minimum(task.error / task.target, 1.0),
+            weight=0.4,
+            meaning=f"max(1 − |target − q| / target, 0), where q is {joint}",
+        ),
+        stop=RewardTerm(
+            function=lambda task: nearness(task.error, task.tolerance),
+            weight=0.3,
+            meaning="1 − tanh(|target − q| / tolerance)",
+        ),
+    )
 
 
 class OpenTask(Manipulation):
     """Base class of tasks in which the joint of a piece of furniture must reach a target.
 
     The success condition is that the joint is within the tolerance of the target and moves slowly.
-
-    The reward depends on the reward type:
-
-    - ``dense``: 0.3 · nearness of the tool to the handle + 0.4 · fraction of the way to the target + 0.3 · nearness of
-      the joint to the target + 0.5 if the success condition is met
-    - ``sparse``: 0 if the success condition is met, otherwise −1
 
     Args:
         center: Center (x, y) of the square in which the handle is placed while the furniture is closed, in the world
@@ -49,6 +69,8 @@ class OpenTask(Manipulation):
     Attributes:
         furniture: Name of the prop, which is also the name of its model file.
         unit: Unit of the joint position: ``"m"`` or ``"rad"``.
+        error: Distance of the joint from its target, (num_envs,) [m or rad].
+        to_handle: Distance from the tool to the handle, (num_envs,) [m].
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -56,6 +78,7 @@ class OpenTask(Manipulation):
 
     reset_options: ClassVar[Sequence[str]] = ("target",)
     late_terms: ClassVar[Sequence[str]] = ("joint_position", "joint_velocity")
+    expert: ClassVar[str] = "frobs_tasks_manipulation.experts.open:PullHandle"
     finger_axis: ClassVar[str] = "x"
     furniture: ClassVar[str]
     unit: ClassVar[str]
@@ -81,10 +104,8 @@ class OpenTask(Manipulation):
         """Return a scene with the furniture on the floor."""
         x, y = self.center.tolist()
         model = f"frobs_tasks_manipulation:models/{self.furniture}.urdf.xacro"
-        prop = Prop(model=model, pose=Pose((x + 0.1, y, 0.0)))
-        return Scene(
-            floor_friction=FLOOR_FRICTION, hard_contacts=True, props={self.furniture: prop}, cameras=self.cameras()
-        )
+        props = {self.furniture: Prop(model=model, pose=Pose((x + 0.1, y, 0.0)))}
+        return Scene(floor_friction=FLOOR_FRICTION, hard_contacts=True, props=props, cameras=self.cameras())
 
     def cameras(self) -> dict[str, Camera]:
         """Return a camera that views the front of the furniture from the right."""
@@ -94,13 +115,13 @@ class OpenTask(Manipulation):
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
         """Return the observation terms for tool, handle (x, y), joint, handle − tool and target − joint."""
         return {
-            **self.tool_terms(),
-            "handle_position": bounded(lambda: self.handle[:, :2], 2, 2.0, "m", scale=4.0),
-            "handle_direction": bounded(lambda: self.direction, 2, 1.0, "1"),
-            "handle_offset": bounded(lambda: self.handle - self.tcp, 3, 2.0, "m", scale=5.0),
-            "joint_position": bounded(lambda: self.joint[:, None], 1, 3.0, self.unit),
-            "joint_velocity": bounded(lambda: self.joint_speed[:, None], 1, 10.0, f"{self.unit}/s"),
-            "target_offset": bounded(lambda: (self.target - self.joint)[:, None], 1, 3.0, self.unit, scale=2.0),
+            **self.tool.terms(),
+            "handle_position": bounded(self.handle[:, :2], 2.0, "m", scale=4.0),
+            "handle_direction": bounded(self.direction, 1.0, "1"),
+            "handle_offset": bounded(self._handle_offset, 2.0, "m", scale=5.0),
+            "joint_position": bounded(self.joint[:, None], 3.0, self.unit),
+            "joint_velocity": bounded(self.joint_speed[:, None], 10.0, f"{self.unit}/s"),
+            "target_offset": bounded(self._target_offset[:, None], 3.0, self.unit, scale=2.0),
         }
 
     def handle_at(self, joint: Floats) -> Floats:
@@ -115,12 +136,15 @@ class OpenTask(Manipulation):
 
     def _bind_objects(self) -> None:
         self._prop = self._simulation.robots[self.furniture]
-        self.target = np.full(self.num_envs, self.lowest)
         self._closed_handle = self._prop.model.frame_pose(HANDLE, np.zeros((1, 1)))[0]  # (1, 3) [m] from the base
+        self.handle, self._handle_offset = np.zeros((2, self.num_envs, 3))  # [m]
+        self.direction = np.zeros((self.num_envs, 2))  # horizontal part of the handle's x axis
+        self.joint, self.joint_speed, self._target_offset = np.zeros((3, self.num_envs))
+        self.target = np.full(self.num_envs, self.lowest)
 
     def _place_objects(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Floats]) -> None:
-        place = self.draw_place("handle", rng, mask, height=0.0)
-        turn = quat_from_axis_angle((0.0, 0.0, 1.0), rng.uniform("turn", -_TURN, _TURN, (), mask))
+        place = self.working_area.draw("handle", rng, mask, height=0.0)
+        turn = draw_turn("turn", rng, mask, _TURN)
         pos = place - quat_rotate(turn, np.broadcast_to(self._closed_handle, place.shape)) * [1.0, 1.0, 0.0]
         self._prop.write_base_pose(pos, turn, mask)
         target = rng.uniform("target", self.lowest, self.highest, (1,), mask)  # (n, 1)
@@ -135,23 +159,83 @@ class OpenTask(Manipulation):
         self.target[rows_of(mask)] = target[:, 0]
 
     def _measure(self) -> None:
-        super()._measure()
-        self.handle, quat = self._prop.frame_pose(HANDLE)  # (num_envs, 3) [m]
-        self.direction = matrix_from_quat(quat)[:, :2, 0]  # (num_envs, 2): horizontal part of the handle's x axis
-        self.joint = self._prop.joint_positions[:, 0].copy()  # (num_envs,) [m or rad]
-        self.joint_speed = self._prop.joint_velocities[:, 0].copy()  # (num_envs,) [m/s or rad/s]
-        self.to_handle = length(self.handle - self.tcp)  # (num_envs,) [m]
+        self.handle[:], quat = self._prop.frame_pose(HANDLE)
+        self.direction[:] = matrix_from_quat(quat)[:, :2, 0]
+        self.joint[:] = self._prop.joint_positions[:, 0]  # [m or rad]
+        self.joint_speed[:] = self._prop.joint_velocities[:, 0]  # [m/s or rad/s]
+        self._handle_offset[:] = self.handle - self.tool.pos
+        self._target_offset[:] = self.target - self.joint
+        self.to_handle, self.error = length(self._handle_offset), np.abs(self._target_offset)
 
     def _is_achieved(self) -> Mask:
-        near = np.abs(self.joint - self.target) <= self.tolerance
-        return np.asarray(near & (np.abs(self.joint_speed) <= self.max_speed))
+        return np.asarray((self.error <= self.tolerance) & (np.abs(self.joint_speed) <= self.max_speed))
 
-    def _dense_terms(self) -> Mapping[str, Floats]:
-        error = np.abs(self.target - self.joint)
-        left = np.minimum(error / self.target, 1.0)
-        return {
-            "approach": 0.3 * nearness(self.to_handle, 0.2),
-            "open": 0.4 - 0.4 * left,
-            "stop": 0.3 * nearness(error, self.tolerance),
-            "achieved": np.where(self._is_achieved(), 0.5, 0.0),
-        }
+
+class OpenDoor(OpenTask):
+    """Task of opening a door by its handle to a target angle.
+
+    For the success condition and further parameters, see :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
+
+    The reward depends on the reward type:
+
+    {rewards}
+
+    Args:
+        lowest: Minimum target angle [rad].
+        highest: Maximum target angle [rad].
+        tolerance: Maximum angle error at which the target is considered reached [rad].
+        max_speed: Maximum speed at which the door is considered slow [rad/s].
+        keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
+    """
+
+    success_rule: ClassVar[str] = HELD + _DOOR
+    instruction: ClassVar[str] = "Open the door by its handle to the target angle."
+    rewards: ClassVar[Rewards] = _rewards(_DOOR, "the angle of the door [rad]")
+    furniture: ClassVar[str] = "door"
+    unit: ClassVar[str] = "rad"
+
+    def __init__(
+        self,
+        *,
+        lowest: float = 0.6,
+        highest: float = 1.0,
+        tolerance: float = 0.1,
+        max_speed: float = 0.2,
+        **keywords: Any,
+    ) -> None:
+        super().__init__(lowest=lowest, highest=highest, tolerance=tolerance, max_speed=max_speed, **keywords)
+
+
+class OpenDrawer(OpenTask):
+    """Task of opening a drawer by its handle to a target distance.
+
+    For the success condition and further parameters, see :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
+
+    The reward depends on the reward type:
+
+    {rewards}
+
+    Args:
+        lowest: Minimum target distance [m].
+        highest: Maximum target distance [m].
+        tolerance: Maximum position error at which the target is considered reached [m].
+        max_speed: Maximum speed at which the drawer is considered slow [m/s].
+        keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
+    """
+
+    success_rule: ClassVar[str] = HELD + _DRAWER
+    instruction: ClassVar[str] = "Open the drawer by its handle to the target distance."
+    rewards: ClassVar[Rewards] = _rewards(_DRAWER, "the opening of the drawer [m]")
+    furniture: ClassVar[str] = "drawer"
+    unit: ClassVar[str] = "m"
+
+    def __init__(
+        self,
+        *,
+        lowest: float = 0.08,
+        highest: float = 0.16,
+        tolerance: float = 0.02,
+        max_speed: float = 0.05,
+        **keywords: Any,
+    ) -> None:
+        super().__init__(lowest=lowest, highest=highest, tolerance=tolerance, max_speed=max_speed, **keywords)

@@ -2,76 +2,94 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import numpy as np
 
+from frobs_core.description import Rewards, RewardTerm, Scene
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import ParameterValueError
 from frobs_core.util.random import RandomSource
 from frobs_core.util.validation import non_negative, positive
-from frobs_tasks_manipulation.cube_task import CubeTask
 from frobs_tasks_manipulation.goal_form import GoalForm
-from frobs_tasks_manipulation.rewards import nearness
+from frobs_tasks_manipulation.manipulation import ObjectTask
+from frobs_tasks_manipulation.own_object import OwnObject
+from frobs_tasks_manipulation.rewards import APPROACH, GRIP, HELD, lifted, nearness, shaped
+
+_LOWEST = 0.06  # [m] minimum of the largest height for an object that is gripped high above the floor
+_CONDITION = "the cube is within the tolerance of the goal and moves slowly"
 
 
-class PickAndPlace(CubeTask):
+class PickAndPlace(ObjectTask):
     """Task of bringing a cube to a goal. By default, half of the goals are on the floor and half in the air.
 
     The success condition is that the cube's center is within the tolerance of the goal and that the cube moves slowly.
 
     The reward depends on the reward type:
 
-    - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · centering of the cube between the fingers + 0.8 ·
-      nearness of the cube to the goal + 0.3 · lift height of the cube as a fraction of 5 cm (only for goals in the air)
-      + 0.5 if the success condition is met
-    - ``sparse``: 0 if the success condition is met, otherwise −1
+    {rewards}
 
     Args:
         air_share: Fraction of the goals that are in the air, in [0, 1].
-        highest: Maximum height of a goal above the floor [m].
-        keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
+        highest: Maximum height of a goal above the floor [m]. An object that is gripped high above the floor is lifted
+            less.
+        object: Path of a mesh file (STL, OBJ or COLLADA) or of a URDF file without moving joints, or None for the cube.
+        object_mass: Mass of the object [kg]. If None, it is read from a URDF file, or computed from the object's volume
+            and a density of 1,000 kg/m³.
+        object_scale: Factor for the lengths of the object, such as 0.001 for a mesh in millimeters.
+        keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.manipulation.ObjectTask`.
     """
 
+    raised_by: ClassVar[Sequence[str]] = ("highest",)
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.grasp:CarryCube"
-    success_rule: ClassVar[str] = (
-        "during the last hold_steps control steps before the time limit, "
-        "the cube is within the tolerance of the goal and moves slowly"
-    )
+    success_rule: ClassVar[str] = HELD + _CONDITION
     instruction: ClassVar[str] = "Pick up the cube and bring it to the goal."
-    reward_meanings: ClassVar[Mapping[str, str]] = {
-        "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to the cube",
-        "grip": "0.3 · (1 − tanh(2 d / size)), where size is the edge length of the cube",
-        "carry": "0.8 · (1 − tanh(d / 0.25 m)), where d is the distance from the cube to the goal",
-        "lift": "0.3 · min(h / 0.05 m, 1), where h is the height of the cube's bottom; only for goals in the air",
-        "achieved": "0.5 if the cube is at the goal and moves slowly",
-        "unachieved": "−1 unless the cube is at the goal and moves slowly",
-    }
+    rewards: ClassVar[Rewards] = shaped(
+        _CONDITION,
+        approach=APPROACH,
+        grip=GRIP,
+        carry=RewardTerm(
+            function=lambda task: nearness(task.to_goal, 0.25),
+            weight=0.8,
+            meaning="1 − tanh(d / 0.25 m), where d is the distance from the cube to the goal",
+        ),
+        lift=RewardTerm(
+            function=lambda task: np.where(task.goal[:, 2] > task.rest_height + task.size / 2, lifted(task, 0.05), 0.0),
+            weight=0.3,
+            meaning="min(h / 0.05 m, 1), where h is the height of the cube's bottom; only for goals in the air",
+        ),
+    )
 
-    def __init__(self, *, air_share: float = 0.5, highest: float = 0.25, **keywords: Any) -> None:
+    def __init__(
+        self,
+        *,
+        air_share: float = 0.5,
+        highest: float = 0.25,
+        object: str | None = None,
+        object_mass: float | None = None,
+        object_scale: float = 1.0,
+        **keywords: Any,
+    ) -> None:
         super().__init__(**keywords)
+        self.own_object = OwnObject.read(self, object, object_mass, object_scale)
         self.air_share, self.highest = non_negative("air_share", air_share), positive("highest", highest, "m")
         if self.air_share > 1.0:
             raise ParameterValueError("air_share", air_share, "in [0, 1]")
+        if self.own_object is not None:
+            self.highest = max(self.highest - self.own_object.raised, min(self.highest, _LOWEST))
+
+    def scene(self) -> Scene:
+        """Return a scene with the cube, or the object from a file, on the floor."""
+        scene = super().scene()
+        return scene if self.own_object is None else self.own_object.replace_in(scene, self.body_name)
 
     def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:
-        goal = self.draw_floor_goal(cube, mask, rng)
+        goal = super()._draw_goal(cube, mask, rng)
         chance = rng.uniform("goal_in_air", mask=mask)
         height = rng.uniform("goal_height", 0.05, self.highest, mask=mask)
         goal[:, 2] += np.where(chance < self.air_share, height, 0.0)
         return goal
-
-    def _dense_terms(self) -> Mapping[str, Floats]:
-        height = np.minimum(np.maximum(self.cube.pos[:, 2] - self.size / 2, 0.0), 0.05)
-        in_air = self.goal[:, 2] > self.size
-        return {
-            "approach": 0.2 * nearness(self.to_cube, 0.2),
-            "grip": 0.3 * nearness(self.to_cube, self.size / 2),
-            "carry": 0.8 * nearness(self.to_goal, 0.25),
-            "lift": np.where(in_air, 0.3 / 0.05 * height, 0.0),
-            "achieved": np.where(self._is_achieved(), 0.5, 0.0),
-        }
 
 
 class PickAndPlaceGoal(GoalForm, PickAndPlace):

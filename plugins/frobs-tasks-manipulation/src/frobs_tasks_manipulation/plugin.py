@@ -1,9 +1,10 @@
 """Plugin records of this distribution."""
 
+import re
 from dataclasses import replace
 
 from frobs_core.plugins.hooks import hookimpl
-from frobs_core.plugins.records import EnvironmentRecord, TaskRecord
+from frobs_core.plugins.records import EnvironmentRecord, SimulatorDefaults, TaskRecord
 
 _INSTALL = "pip install frobs-tasks-manipulation"
 _ARMS = {"Panda": ("panda", "Panda"), "Ur5": ("ur5_gripper", "UR5 with a parallel gripper")}
@@ -14,11 +15,24 @@ _PRETRAINED = (
     "PandaOpenDoor",
     "PandaOpenDrawer",
     "PandaPegInsertion",
+    "PandaPegInsertionTight",
     "PandaPickAndPlace",
+    "PandaPickAndPlaceGoal",
     "PandaPush",
     "PandaSlide",
+    "PandaSlideGoal",
     "PandaStack",
+    "Ur5Lift",
+    "Ur5OpenDoor",
     "Ur5OpenDrawer",
+    "Ur5PegInsertion",
+    "Ur5PegInsertionTight",
+    "Ur5PickAndPlace",
+    "Ur5PickAndPlaceGoal",
+    "Ur5Push",
+    "Ur5Slide",
+    "Ur5SlideGoal",
+    "Ur5Stack",
 )
 """Environments with a pretrained policy, which ``tests/benchmarks/pretrained.py`` trains."""
 
@@ -30,21 +44,15 @@ def _pretrained(name: str) -> str:
     return f"frobs_tasks_manipulation:pretrained/{name.lower()}.frobs" if name in _PRETRAINED else ""
 
 
-def _task(
-    name: str, title: str, entry_point: str, summary: str, steps: int, **arm_controller: float | bool
-) -> TaskRecord:
+def _task(entry_point: str, summary: str, steps: int, **arm_controller: float | bool) -> TaskRecord:
     """Return the record of a task with one environment for each arm.
 
-    Args:
-        name: Name of the task.
-        title: Last part of the environment IDs.
-        entry_point: ``"module:class"`` in this package.
-        summary: Short description of what the robot must do.
-        steps: Maximum length of an episode [control steps].
-        arm_controller: Additional parameters of the arm's controller.
+    The class's name in ``entry_point`` is the last part of the environment IDs and, in lower case with underscores, the
+    name of the task. An episode has at most ``steps`` control steps.
     """
+    title = entry_point.partition(":")[2]
     return TaskRecord(
-        name=name,
+        name=re.sub(r"(?<=.)(?=[A-Z])", "_", title).lower(),
         summary=summary,
         entry_point=f"frobs_tasks_manipulation.{entry_point}",
         install_hint=_INSTALL,
@@ -87,57 +95,85 @@ def _with_tight_hole(task: TaskRecord) -> TaskRecord:
     return replace(task, environments=(*task.environments, *tight))
 
 
+def _for_any_arm(task: TaskRecord) -> TaskRecord:
+    """Add an environment for the arm with a gripper that the user passes, such as a model file."""
+    title = task.entry_point.partition(":")[2]
+    generic = EnvironmentRecord(
+        id=f"frobs/{title}-v0",
+        summary=f"an arm with a gripper must {task.summary}; pass robot=",
+        robot="",
+        controller="tcp_delta_pose",
+        max_episode_steps=2 * task.environments[0].max_episode_steps,
+        parameters={
+            "fit": True,
+            "controller_kwargs": {"axes": ["x", "y", "z"]},
+            # Without it, an object creeps out of jaws that turn.
+            "simulator_kwargs": SimulatorDefaults({"cone": "elliptic"}, mujoco={"impratio": 100}),
+        },
+    )
+    return replace(task, environments=(*task.environments, generic))
+
+
+_EYES = {name: {"camera": camera, "size": [64, 64]} for name, camera in (("scene", "overview"), ("wrist", "wrist"))}
+"""Observation terms with the pictures of a fixed camera and of the wrist camera."""
+
+
+def _with_eyes(task: TaskRecord, *hidden: str, **changed: float) -> TaskRecord:
+    """Add an environment of the Panda in which pictures replace the observation terms ``hidden``.
+
+    The parameters ``changed`` differ from those of the environment with these terms.
+    """
+    of_state = task.environments[0]
+    name = f"{of_state.id.removeprefix('frobs/').removesuffix('-v0')}Vision"
+    parameters = {**of_state.parameters, **changed, "observations": {**dict.fromkeys(hidden), **_EYES}}
+    seeing = replace(
+        of_state,
+        id=f"frobs/{name}-v0",
+        summary=f"{of_state.summary}, seen by two cameras",
+        pretrained=_pretrained(name),
+        parameters=parameters,
+    )
+    return replace(task, environments=(*task.environments, seeing))
+
+
+_CUBE = ("cube_position", "cube_orientation", "cube_velocity", "cube_angular_velocity", "cube_offset", "goal_offset")
+"""Observation terms that no robot measures, in tasks with a cube."""
+
+_CUBES = (
+    *_CUBE,
+    *("cube_offset_near", "goal_offset_near"),
+    *("base_position", "base_orientation", "base_velocity", "base_angular_velocity"),
+)
+_HANDLE = ("handle_position", "handle_direction", "handle_offset", "joint_position", "joint_velocity", "target_offset")
+_PICK = "bring a cube to a goal; half of the goals are in the air"
+
+
 @hookimpl
 def frobs_tasks() -> list[TaskRecord]:
     """Return the records of the manipulation tasks."""
+    slide = "hit a puck so that it slides to a goal out of reach"
+    slide_arm = {"max_delta": 0.04, "interpolate": True}
+    goal = "(goal-conditioned)"
     return [
-        _task("push", "Push", "push:Push", "push a cube to a goal on the floor", 125),
+        _for_any_arm(_with_eyes(_task("push:Push", "push a cube to a goal on the floor", 125), *_CUBE)),
+        _task("slide:Slide", slide, 100, **slide_arm),
+        _task("slide:SlideGoal", f"{slide} {goal}", 100, **slide_arm),
+        _task("push:PushGoal", f"push a cube to a goal on the floor {goal}", 100, max_delta=_GOAL_MAX_DELTA),
+        _for_any_arm(_task("lift:Lift", "grasp a cube and hold it in the air", 75)),
+        _for_any_arm(_with_eyes(_task("pick_and_place:PickAndPlace", _PICK, 100), *_CUBE)),
         _task(
-            "slide",
-            "Slide",
-            "slide:Slide",
-            "hit a puck so that it slides to a goal out of reach",
-            100,
-            max_delta=0.04,
-            interpolate=True,
-        ),
-        _task(
-            "slide_goal",
-            "SlideGoal",
-            "slide:SlideGoal",
-            "hit a puck so that it slides to a goal out of reach (goal-conditioned)",
-            100,
-            max_delta=0.04,
-            interpolate=True,
-        ),
-        _task(
-            "push_goal",
-            "PushGoal",
-            "push:PushGoal",
-            "push a cube to a goal on the floor (goal-conditioned)",
-            100,
-            max_delta=_GOAL_MAX_DELTA,
-        ),
-        _task("lift", "Lift", "lift:Lift", "grasp a cube and hold it in the air", 75),
-        _task(
-            "pick_and_place",
-            "PickAndPlace",
-            "pick_and_place:PickAndPlace",
-            "bring a cube to a goal; half of the goals are in the air",
-            100,
-        ),
-        _task(
-            "pick_and_place_goal",
-            "PickAndPlaceGoal",
             "pick_and_place:PickAndPlaceGoal",
-            "bring a cube to a goal (goal-conditioned); most of the goals are in the air",
+            f"bring a cube to a goal {goal}; most of the goals are in the air",
             50,
             max_delta=_GOAL_MAX_DELTA,
         ),
-        _task("stack", "Stack", "stack:Stack", "put a cube on another cube and release it", 125),
-        _with_tight_hole(
-            _task("peg_insertion", "PegInsertion", "peg_insertion:PegInsertion", "put a peg into a hole", 300)
+        _for_any_arm(_with_eyes(_task("stack:Stack", "put a cube on another cube and release it", 125), *_CUBES)),
+        _with_tight_hole(_task("peg_insertion:PegInsertion", "put a peg into a hole", 300)),
+        _with_eyes(
+            _task("open_task:OpenDrawer", "pull a drawer open to a target distance", 85),
+            *_HANDLE,
+            lowest=0.15,
+            highest=0.15,
         ),
-        _task("open_drawer", "OpenDrawer", "open_drawer:OpenDrawer", "pull a drawer open to a target distance", 85),
-        _task("open_door", "OpenDoor", "open_door:OpenDoor", "pull a door open to a target angle", 90),
+        _task("open_task:OpenDoor", "pull a door open to a target angle", 90),
     ]

@@ -8,23 +8,26 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.description import Camera, ObservationTerm, Scene
+from frobs_core.description import Camera, ObservationTerm, Rewards, RewardTerm, Scene
 from frobs_core.models import Cylinder
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import ParameterValueError
 from frobs_core.util.random import RandomSource
 from frobs_core.util.validation import positive
-from frobs_tasks_manipulation.cube_task import CubeTask
 from frobs_tasks_manipulation.goal_form import GoalForm
-from frobs_tasks_manipulation.observed import bounded
-from frobs_tasks_manipulation.rewards import length, nearness
+from frobs_tasks_manipulation.manipulation import ObjectTask
+from frobs_tasks_manipulation.rewards import HELD, length, nearness, shaped
+from frobs_tasks_manipulation.tracked import bounded, near_terms
 
 PUCK = "puck"
 GRAVITY = 9.81
 """Gravitational acceleration [m/s²]."""
 
 
-class Slide(CubeTask):
+_CONDITION = "the puck is within the tolerance of the goal and moves slowly"
+
+
+class Slide(ObjectTask):
     """Task of hitting a puck on a slippery floor so that the puck slides to a goal out of reach.
 
     At the start of an episode, the gripper is closed and the puck is in the working area. Goals are drawn uniformly
@@ -33,9 +36,7 @@ class Slide(CubeTask):
 
     The reward depends on the reward type:
 
-    - ``dense``: 0.2 · nearness of the tool to the puck (or 0.2 once the puck has left the working area) + 0.8 ·
-      nearness of the puck's predicted resting place to the goal + 0.5 if the success condition is met
-    - ``sparse``: 0 if the success condition is met, otherwise −1
+    {rewards}
 
     Args:
         size: Diameter of the puck [m].
@@ -46,7 +47,7 @@ class Slide(CubeTask):
         width: Width of the goal rectangle along y [m].
         center: Center (x, y) of the working area on the floor, in the world frame [m].
         area: Side length of the square working area in which the puck is placed [m].
-        keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
+        keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.manipulation.ObjectTask`.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -54,23 +55,27 @@ class Slide(CubeTask):
 
     reset_options: ClassVar[Sequence[str]] = ("puck_position", "goal")
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.slide:SlidePuck"
-    success_rule: ClassVar[str] = (
-        "during the last hold_steps control steps before the time limit, "
-        "the puck is within the tolerance of the goal and moves slowly"
-    )
+    success_rule: ClassVar[str] = HELD + _CONDITION
     instruction: ClassVar[str] = "Hit the puck so that it slides to the goal."
-    reward_meanings: ClassVar[Mapping[str, str]] = {
-        "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to the puck; "
-        "0.2 once the puck has left the working area",
-        "slide": "0.8 − 0.4 · tanh(d / 0.3 m) − 0.4 · tanh(d / 0.05 m), where d is the distance from the goal to the "
-        "place where the puck will come to rest",
-        "achieved": "0.5 if the puck is at the goal and moves slowly",
-        "unachieved": "−1 unless the puck is at the goal and moves slowly",
-    }
+    rewards: ClassVar[Rewards] = shaped(
+        _CONDITION,
+        approach=RewardTerm(
+            function=lambda task: np.where(task.is_gone, 1.0, nearness(task.to_cube, 0.2)),
+            weight=0.2,
+            meaning="1 − tanh(d / 0.2 m), where d is the distance from the tool to the puck; 0.2 once the puck has left "
+            "the working area",
+        ),
+        slide=RewardTerm(
+            function=lambda task: 0.4 * nearness(task.missing, 0.3) + 0.4 * nearness(task.missing, 0.05),
+            meaning="0.8 − 0.4 · tanh(d / 0.3 m) − 0.4 · tanh(d / 0.05 m), where d is the distance from the goal to the "
+            "place where the puck will come to rest",
+        ),
+    )
     physics_timestep: ClassVar[float] = 0.002  # half of the usual timestep, because the tool and the puck are fast
     late_terms: ClassVar[Sequence[str]] = ("puck_offset_near", "goal_offset_near")
     start_opening: ClassVar[float] = 0.0
     body_name: ClassVar[str] = PUCK
+    least_area: ClassVar[float] = 0.0  # the goals are elsewhere
 
     def __init__(
         self,
@@ -87,15 +92,11 @@ class Slide(CubeTask):
     ) -> None:
         super().__init__(size=size, friction=friction, center=center, area=area, **keywords)
         self.height = positive("height", height, "m")
+        self.rest_height = self.height / 2
         self.nearest, self.width = positive("nearest", nearest, "m"), positive("width", width, "m")
         self.farthest = positive("farthest", farthest, "m")
         if self.farthest <= self.nearest:
             raise ParameterValueError("farthest", farthest, f"above nearest={nearest:g} m")
-
-    @property
-    def rest_height(self) -> float:
-        """Height of the puck's center when the puck is on the floor [m]."""
-        return self.height / 2
 
     @property
     def is_gone(self) -> Mask:
@@ -105,13 +106,7 @@ class Slide(CubeTask):
     def scene(self) -> Scene:
         """Return a scene with a puck on a slippery floor."""
         scene = super().scene()
-        puck = scene.bodies[PUCK]
-        x, y, _ = puck.pose.pos
-        puck = replace(
-            puck,
-            geometry=Cylinder(self.size / 2, self.height),
-            pose=replace(puck.pose, pos=(x, y, self.rest_height)),
-        )
+        puck = replace(scene.bodies[PUCK], geometry=Cylinder(self.size / 2, self.height))
         return replace(scene, floor_friction=self.friction, bodies={PUCK: puck})
 
     def cameras(self) -> dict[str, Camera]:
@@ -121,29 +116,26 @@ class Slide(CubeTask):
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
         """Return the observation terms for tool, puck, goal (x, y), puck − tool, goal − puck and goal − resting place."""
-        goal = bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)
-        rest = bounded(lambda: self.rest_offset, 2, 2.0, "m", scale=5.0)
-        return {**super().observation_terms(), **self.near_terms(), "goal": goal, "goal_offset_at_rest": rest}
+        goal = bounded(self.goal[:, :2], 2.0, "m", scale=4.0)
+        rest = bounded(self.rest_offset, 2.0, "m", scale=5.0)
+        return {**super().observation_terms(), **near_terms(self), "goal": goal, "goal_offset_at_rest": rest}
+
+    def _bind_objects(self) -> None:
+        super()._bind_objects()
+        self.rest_offset = np.zeros((self.num_envs, 2))
 
     def _measure(self) -> None:
         super()._measure()
         velocity = self.cube.velocity[:, :2]
         slide = length(velocity)[:, None] * velocity / (2.0 * self.friction * GRAVITY)  # v² / (2 μ g)
         # from the place where the puck will come to rest, if nothing touches it, to the goal, (num_envs, 2) [m]
-        self.rest_offset = self.goal[:, :2] - self.cube.pos[:, :2] - slide
+        self.rest_offset[:] = self.goal[:, :2] - self.cube.pos[:, :2] - slide
+        self.missing = length(self.rest_offset)  # (num_envs,) [m]
 
     def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:
         x = self.center[0] + rng.uniform("goal_x", self.nearest, self.farthest, (), mask)
         y = self.center[1] + rng.uniform("goal_y", -self.width / 2, self.width / 2, (), mask)
         return np.stack([x, y, np.full(len(x), self.rest_height)], axis=1)
-
-    def _dense_terms(self) -> Mapping[str, Floats]:
-        missing = length(self.rest_offset)
-        return {
-            "approach": np.where(self.is_gone, 0.2, 0.2 * nearness(self.to_cube, 0.2)),
-            "slide": 0.4 * nearness(missing, 0.3) + 0.4 * nearness(missing, 0.05),
-            "achieved": np.where(self._is_achieved(), 0.5, 0.0),
-        }
 
 
 class SlideGoal(GoalForm, Slide):

@@ -65,6 +65,11 @@ class Course(Stateful):
         ended: Mask = reached & at_the_end
         return ended
 
+    def set_goal(self, goal: Floats, rows: Mask | slice) -> None:
+        """Make ``goal``, (n, 2) [m], the only waypoint in the environments ``rows``."""
+        self.way[rows], self.last[rows], self.index[rows] = goal[:, None], 0, 0
+        self._find_target()
+
     def _find_target(self) -> None:
         self.target[...] = self.way[self._all, self.index]
 
@@ -144,6 +149,5 @@ class Course(Stateful):
         return {"way": self.way, "last": self.last, "index": self.index}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
         super().restore(snapshot)
         self._find_target()

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from frobs_core.contracts import Control, RobotHandle, Simulation, Snapshot, StepContext, Task
-from frobs_core.description import Marker, ObservationTerm, Scene
+from frobs_core.description import Marker, ObservationTerm, Rewards, RewardTerm, Scene
 from frobs_core.sensing.sensors import Sensors
 from frobs_core.util.arrays import Floats, Mask, rows_of
 from frobs_core.util.errors import ParameterValueError, UnknownNameError, UnsuitableRobotError, check_name
@@ -62,11 +62,9 @@ class Navigate(Task):
     the robot reaches the last waypoint. An episode also terminates if the robot touches anything except the floor (see
     ``collision_ends``) or leaves the plan's area.
 
-    The reward depends on the distance d to the next waypoint:
+    The reward depends on the reward type:
 
-    - ``dense``: progress_weight · (d before the step − d after the step) + way_point_reward at each waypoint except the
-      last + goal_reward at the last waypoint − collision_penalty for a collision or for leaving the area − time_penalty
-    - ``sparse``: 1 at the last waypoint, otherwise 0
+    {rewards}
 
     Args:
         floor_plan: Name of a built-in floor plan (``"maze"``, ``"empty"`` or ``"dynamic"``), a YAML file, or the
@@ -86,13 +84,13 @@ class Navigate(Task):
 
     Attributes:
         plan: The parsed floor plan.
+        last_step: Result of the last step.
 
     Raises:
         ConfigFileError: The floor plan is invalid. The message includes the file name and the line number.
         ConfigurationError: A value is out of range.
     """
 
-    reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
     reset_options: ClassVar[Sequence[str]] = ("goal", "start")
     robots: ClassVar[Sequence[str]] = ("robot",)
     control_timestep: ClassVar[float] = 0.2
@@ -100,12 +98,34 @@ class Navigate(Task):
     late_terms: ClassVar[Sequence[str]] = ("way_point",)
     success_rule: ClassVar[str] = "the robot is within the tolerance of the last waypoint and has not collided"
     instruction: ClassVar[str] = "Drive through all waypoints to the goal without touching anything."
-    reward_meanings: ClassVar[Mapping[str, str]] = {
-        "progress": "progress_weight for each meter of progress toward the waypoint",
-        "way_point": "way_point_reward at a waypoint except the last",
-        "goal": "goal_reward at the last waypoint (sparse: 1)",
-        "collision": "−collision_penalty for touching anything except the floor, and for leaving the area",
-        "time": "−time_penalty at every step",
+    rewards: ClassVar[Rewards] = {
+        "dense": {
+            "progress": RewardTerm(
+                function=lambda task: task.last_step.progress,
+                weight="progress_weight",
+                meaning="d before the step − d after it, where d is the distance to the next waypoint",
+                unit="m",
+            ),
+            "way_point": RewardTerm(
+                function=lambda task: task.last_step.reached & ~task.is_success(),
+                weight="way_point_reward",
+                meaning="1 at each waypoint except the last",
+            ),
+            "goal": RewardTerm(
+                function=lambda task: task.is_success(), weight="goal_reward", meaning="1 at the last waypoint"
+            ),
+            "collision": RewardTerm(
+                function=lambda task: task.last_step.bumped | task.last_step.outside,
+                weight="-collision_penalty",
+                meaning="1 if the robot touches anything except the floor or is outside the area",
+            ),
+            "time": RewardTerm(
+                function=lambda task: np.ones(len(task.is_success())),
+                weight="-time_penalty",
+                meaning="1 at every step",
+            ),
+        },
+        "sparse": {"goal": RewardTerm(function=lambda task: task.is_success(), meaning="1 at the last waypoint")},
     }
 
     area_ends: ClassVar[bool] = True
@@ -173,11 +193,9 @@ class Navigate(Task):
         self._pos: Floats = np.zeros((n, 2))
         self._yaw, self._bearing, self._distance = np.zeros((3, n))
         self._direction, self._forward_and_turn = np.zeros((2, n, 2))
-        self._step = Step.none(n)
+        self.last_step = Step.none(n)
         self._success: Mask = np.zeros(n, np.bool_)
         self._failed: Mask = np.zeros(n, np.bool_)
-        self._time_term = np.full(n, -self.time_penalty)
-        self._reward_terms: dict[str, np.ndarray[Any, Any]] = {}
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
         """Place the robot and the boxes, and choose a route.
@@ -206,7 +224,7 @@ class Navigate(Task):
         )
         self._robot.write_base_pose(np.concatenate([pos, self._height[rows]], axis=1), terms.quat_of(yaw), mask)
         self._success[rows] = self._failed[rows] = False
-        for values in vars(self._step).values():
+        for values in vars(self.last_step).values():
             values[rows] = 0
         self._sensors.reset(mask, rng)
         self._locate()
@@ -219,7 +237,7 @@ class Navigate(Task):
         before = self._distance
         self._locate()
         self._aim()
-        step = self._step = Step(
+        step = self.last_step = Step(
             distance=self._distance,
             bearing=self._bearing,
             progress=before - self._distance,
@@ -252,24 +270,6 @@ class Navigate(Task):
         known = observable(reads, self._low, self._high, self._robot.robot.lidars.get(self.lidar))
         return {name: known[name] for name in self._observed}
 
-    def reward(self, context: StepContext) -> Floats:
-        """Return the reward of each environment, (num_envs,)."""
-        if self.reward_type == "sparse":
-            self._reward_terms = {"goal": self._success.astype(np.float64)}
-        else:
-            self._reward_terms = {
-                "progress": self.progress_weight * self._step.progress,
-                "way_point": self.way_point_reward * (self._step.reached & ~self._success),
-                "goal": self.goal_reward * self._success,
-                "collision": -self.collision_penalty * (self._step.bumped | self._step.outside),
-                "time": self._time_term,
-            }
-        return np.asarray(sum(self._reward_terms.values()))
-
-    def reward_terms(self) -> Mapping[str, Floats]:
-        """Return the reward terms of the last step, whose sum is the reward, each of shape (num_envs,)."""
-        return self._reward_terms
-
     def is_terminated(self) -> Mask:
         """Return whether each robot is at the last waypoint, has collided, or has left the area, (num_envs,) bool."""
         return self._success | self._failed
@@ -277,6 +277,16 @@ class Navigate(Task):
     def is_success(self) -> Mask:
         """Return whether each robot is at the last waypoint, (num_envs,) bool."""
         return self._success
+
+    def set_goal(self, position: Floats, mask: Mask | None = None) -> None:
+        """Make ``position``, (n, 3) [m] in the world frame, of which z is ignored, the only waypoint.
+
+        Raises:
+            ConfigurationError: A goal is outside the plan's area.
+        """
+        goal = checked_goal(np.asarray(position, float)[:, :2], self._low, self._high)
+        self._course.set_goal(goal, rows_of(mask))
+        self._aim()
 
     def markers(self) -> Sequence[Marker]:
         """Return markers for the waypoints, for the tolerance around the next waypoint, and for the robot."""
@@ -293,17 +303,16 @@ class Navigate(Task):
             **self._course.snapshot(),
             **self._boxes.snapshot(),
             **self._sensors.snapshot(),
-            **{f"step/{name}": values.copy() for name, values in vars(self._step).items()},
+            **{f"step/{name}": values.copy() for name, values in vars(self.last_step).items()},
             "success": self._success.copy(),
             "distance": self._distance.copy(),
         }
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
         self._course.restore(snapshot)
         self._boxes.restore(snapshot)
         self._sensors.restore(snapshot)
-        self._step = Step(**{field.name: snapshot[f"step/{field.name}"].copy() for field in fields(Step)})
+        self.last_step = Step(**{field.name: snapshot[f"step/{field.name}"].copy() for field in fields(Step)})
         self._fail()
         self._success = snapshot["success"].copy()
         self._distance = snapshot["distance"].copy()
@@ -312,7 +321,7 @@ class Navigate(Task):
 
     def _fail(self) -> None:
         """Determine which episodes have failed in this step."""
-        step = self._step
+        step = self.last_step
         if self.area_ends:
             self._failed = step.bumped | step.outside if self.collision_ends else step.outside
         else:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import ClassVar
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 
 from frobs_core.contracts import Control, Simulation, Snapshot
-from frobs_core.description import ObservationTerm
+from frobs_core.description import ObservationTerm, Rewards
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import ConfigurationError
 from frobs_core.util.random import RandomSource
@@ -30,55 +30,34 @@ class ReachDynamic(Reach):
     reach (according to a 5 cm grid). If a goal is passed in the options of ``reset``, the motion starts at this goal.
 
     Episodes never terminate. An episode is successful if the tool is within the tolerance of the goal at the time
-    limit. The reward is the same as in :class:`frobs_tasks_reach.reach.Reach`, computed for the goal position at the
-    end of the control step, but its distance term is named ``tracking_error``. The observation also contains the goal's
-    velocity.
+    limit. The reward depends on the distance d from the tool to the goal at the end of the control step:
+
+    {rewards}
+
+    The observation also contains the goal's velocity.
 
     Args:
-        tolerance: Maximum distance between the tool and the goal at which the goal is considered reached [m].
-        goal_low: Minimum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
-            reach.
-        goal_high: Maximum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
-            reach.
-        initial: Joint positions at reset: ``"home"``, or ``"random"`` for random positions within the limits.
-        distance_weight: Penalty per meter of distance to the goal [1/m].
-        precision_weight: Weight of the precision reward, which matters only within a few centimeters of the goal.
         max_amplitude: Upper limit of the goal's amplitudes [m], which are drawn uniformly from [0, ``max_amplitude``).
         max_frequency: Upper limit of the goal's frequencies [Hz], which are drawn uniformly from [0,
             ``max_frequency``). At 0.2 Hz and the default amplitude, the goal moves at up to 0.13 m/s along each axis.
             In FRobs_RL, the goal hardly moved, because its frequency was at most 0.01 Hz.
+        keywords: Further parameters, which are passed to :class:`~frobs_tasks_reach.reach.Reach`.
 
     Raises:
         ConfigurationError: A value is out of range.
     """
 
-    distance_term: ClassVar[str] = "tracking_error"
     instruction: ClassVar[str] = "Keep the tool at the moving goal."
-    reward_meanings: ClassVar[Mapping[str, str]] = {
-        "tracking_error": "−distance_weight · d, where d is the distance from the tool to the goal",
-        **{name: meaning for name, meaning in Reach.reward_meanings.items() if name != "distance"},
+    rewards: ClassVar[Rewards] = {
+        "dense": {
+            "tracking_error": Reach.rewards["dense"]["distance"],
+            "precision": Reach.rewards["dense"]["precision"],
+        },
+        "sparse": Reach.rewards["sparse"],
     }
 
-    def __init__(
-        self,
-        *,
-        tolerance: float = 0.05,
-        goal_low: Sequence[float] | None = None,
-        goal_high: Sequence[float] | None = None,
-        initial: str = "home",
-        distance_weight: float = 1.0,
-        precision_weight: float = 0.5,
-        max_amplitude: float = 0.1,
-        max_frequency: float = 0.2,
-    ) -> None:
-        super().__init__(
-            tolerance=tolerance,
-            goal_low=goal_low,
-            goal_high=goal_high,
-            initial=initial,
-            distance_weight=distance_weight,
-            precision_weight=precision_weight,
-        )
+    def __init__(self, *, max_amplitude: float = 0.1, max_frequency: float = 0.2, **keywords: Any) -> None:
+        super().__init__(**keywords)
         self.max_amplitude = positive("max_amplitude", max_amplitude)
         self.max_frequency = positive("max_frequency", max_frequency)
 
@@ -104,7 +83,7 @@ class ReachDynamic(Reach):
     @property
     def tracking_error(self) -> Floats:
         """Current distance from the tool to the goal, (num_envs,) [m]."""
-        return self._distance
+        return self.distance
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
         """Return the observation terms of ``Reach`` and a term for the goal's velocity."""

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
 from frobs_core.contracts import Control, RobotHandle, Simulation, Snapshot, StepContext
-from frobs_core.description import Camera, Marker, ObservationTerm, Scene
-from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import UnsuitableRobotError
+from frobs_core.description import Camera, Marker, ObservationTerm, Rewards, RewardTerm, Scene
+from frobs_core.util.arrays import Floats, Mask, rows_of
+from frobs_core.util.errors import ConfigurationError, UnsuitableRobotError
 from frobs_core.util.validation import finite, positive
+from frobs_tasks_reach.reset_options import checked_goal
 from frobs_tasks_reach.sampling import first_moving_link
 from frobs_tasks_reach.start import EpisodeStart
 
@@ -36,25 +37,18 @@ class Reach(EpisodeStart):
 
     The reward depends on the distance d from the tool to the goal:
 
-    - ``dense``: −distance_weight · d + precision_weight · exp(−(d / tolerance)²)
-    - ``sparse``: 0 if d ≤ tolerance, otherwise −1
+    {rewards}
 
     Args:
         tolerance: Maximum distance between the tool and the goal at which the goal is considered reached [m].
-        goal_low: Minimum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
-            reach.
-        goal_high: Maximum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
-            reach.
-        initial: Joint positions at reset: ``"home"``, or ``"random"`` for random positions. If part of the arm would be
-            below the floor at home, the nearest posture above the floor is used instead. As in FRobs_RL, random
-            positions are uniformly distributed within the limits, with the tool at least 5 cm above the floor. Random
-            initial positions make the task harder to learn.
         distance_weight: Penalty per meter of distance to the goal [1/m].
         precision_weight: Weight of the precision reward, which matters only within a few centimeters of the goal.
+        keywords: Further parameters, which are passed to :class:`~frobs_tasks_reach.start.EpisodeStart`.
 
     Attributes:
         goal_low: Minimum corner of the goal box, (3,) [m], set by ``bind`` if not given.
         goal_high: Maximum corner of the goal box, (3,) [m], set by ``bind`` if not given.
+        distance: Current distance from each tool to its goal, (num_envs,) [m].
         robot_name: Name of the robot that performs the task, as in the simulation. Set this attribute before calling
             ``bind``.
 
@@ -62,20 +56,33 @@ class Reach(EpisodeStart):
         ConfigurationError: A value is out of range.
     """
 
-    reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
     reset_options: ClassVar[Sequence[str]] = ("goal", "joint_positions")
     control_timestep: ClassVar[float] = 0.04
     physics_timestep: ClassVar[float] = 0.002
     success_rule: ClassVar[str] = "the tool is within the tolerance of the goal at the time limit"
     instruction: ClassVar[str] = "Move the tool to the goal and hold it there."
-    reward_meanings: ClassVar[Mapping[str, str]] = {
-        "distance": "−distance_weight · d, where d is the distance from the tool to the goal",
-        "precision": "precision_weight · exp(−(d / tolerance)²), which matters only within a few centimeters of the "
-        "goal",
-        "outside": "−1 if d > tolerance, otherwise 0",
+    rewards: ClassVar[Rewards] = {
+        "dense": {
+            "distance": RewardTerm(
+                function=lambda task: task.distance,
+                weight="-distance_weight",
+                meaning="d, where d is the distance from the tool to the goal",
+                unit="m",
+            ),
+            "precision": RewardTerm(
+                function=lambda task: np.exp(task.distance * task.distance * task.steepness),
+                weight="precision_weight",
+                meaning="exp(−(d / tolerance)²)",
+            ),
+        },
+        "sparse": {
+            "outside": RewardTerm(
+                function=lambda task: np.where(task.distance <= task.tolerance, 0.0, -1.0),
+                meaning="−1 if d > tolerance, otherwise 0",
+            )
+        },
     }
 
-    distance_term: ClassVar[str] = "distance"
     robot_name: str = "robot"
     _sees_from_shoulder: ClassVar[bool] = True  # if False, goal_from_shoulder is not computed
 
@@ -83,19 +90,15 @@ class Reach(EpisodeStart):
         self,
         *,
         tolerance: float = 0.05,
-        goal_low: Sequence[float] | None = None,
-        goal_high: Sequence[float] | None = None,
-        initial: str = "home",
         distance_weight: float = 1.0,
         precision_weight: float = 0.5,
+        **keywords: Any,
     ) -> None:
-        super().__init__(goal_low=goal_low, goal_high=goal_high, initial=initial)
+        super().__init__(**keywords)
         self.tolerance = positive("tolerance", tolerance)
         self.distance_weight = finite("distance_weight", distance_weight)
         self.precision_weight = finite("precision_weight", precision_weight)
-        # Use arrays, because NumPy takes three times as long to multiply an array by a Python float.
-        self._tolerance, self._precision = np.array(self.tolerance), np.array(self.precision_weight)
-        self._approach, self._steepness = np.array(-self.distance_weight), np.array(-1.0 / (tolerance * tolerance))
+        self.steepness = np.array(-1.0 / (tolerance * tolerance))  # [1/m²]
         self.reward_type = self.reward_types[0]
 
     def scene(self) -> Scene:
@@ -123,8 +126,7 @@ class Reach(EpisodeStart):
         self._bind_start(self._robot)
         self._goal, self._tcp, self._offset, self._from_shoulder = np.zeros((4, self._robot.num_envs, 3))
         self._shoulder = first_moving_link(self._robot.model, self._robot.frame_name("tcp"))
-        self._distance: Floats = np.zeros(self._robot.num_envs)
-        self._reward_terms: dict[str, Floats] = {}
+        self.distance: Floats = np.zeros(self._robot.num_envs)
 
     def advance(self, context: StepContext) -> None:
         """Measure the tool position."""
@@ -170,34 +172,25 @@ class Reach(EpisodeStart):
             ),
         }
 
-    def reward(self, context: StepContext) -> Floats:
-        """Return the reward of each environment, (num_envs,)."""
-        if self.reward_type == "sparse":
-            outside = missed(self._distance, self._tolerance)
-            self._reward_terms = {"outside": outside}
-            return outside
-        distance: Floats = self._distance * self._approach
-        precision: Floats = np.exp(self._distance * self._distance * self._steepness) * self._precision
-        self._reward_terms = {self.distance_term: distance, "precision": precision}
-        return distance + precision
-
-    def reward_terms(self) -> Mapping[str, Floats]:
-        """Return the reward terms ``distance`` and ``precision`` (dense) or ``outside`` (sparse), (num_envs,) each."""
-        return self._reward_terms
-
     def is_success(self) -> Mask:
         """Return whether each tool is currently within the tolerance of its goal, (num_envs,) bool."""
-        return self._distance <= self._tolerance
+        return self.distance <= self.tolerance
 
     @property
     def goal(self) -> Floats:
         """Current goals of the tools in the world frame, (num_envs, 3) [m]."""
         return self._goal
 
-    @property
-    def distance(self) -> Floats:
-        """Current distance from each tool to its goal, (num_envs,) [m]."""
-        return self._distance
+    def set_goal(self, position: Floats, mask: Mask | None = None) -> None:
+        """Move the goals to ``position``, (n, 3) [m] in the world frame.
+
+        Raises:
+            ConfigurationError: A goal is outside the goal box, or the goals of this task move by themselves.
+        """
+        if self._goal_excursion():
+            raise ConfigurationError(f"the goal of the task {type(self).__name__} moves by itself.")
+        self._goal[rows_of(mask)] = checked_goal(np.asarray(position, float), *self._goal_bounds())
+        self._compare()
 
     def markers(self) -> Sequence[Marker]:
         """Return a marker for the goal, whose radius is the tolerance, and a marker for the tool."""
@@ -208,7 +201,6 @@ class Reach(EpisodeStart):
         return {"goal": self._goal, "tcp": self._tcp}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
         super().restore(snapshot)
         self._compare()
 
@@ -220,7 +212,7 @@ class Reach(EpisodeStart):
 
     def _compare(self) -> None:
         np.subtract(self._goal, self._tcp, out=self._offset)
-        self._distance = distance(self._offset)
+        self.distance = distance(self._offset)
         if self._sees_from_shoulder:
             turned = self._robot.frame_pose(self._shoulder)[1]
             turn_back(turned, self._offset, out=self._from_shoulder)
@@ -264,13 +256,3 @@ def _turned_back(w: _T, x: _T, y: _T, z: _T, a: _T, b: _T, c: _T) -> tuple[_T, _
     p, q, r = b * z - c * y, c * x - a * z, a * y - b * x  # vector × axis, which rotates back
     p, q, r = p + p, q + q, r + r
     return a + (w * p + (q * z - r * y)), b + (w * q + (r * x - p * z)), c + (w * r + (p * y - q * x))
-
-
-def missed(distance: Floats, tolerance: Floats) -> Floats:
-    """Return the sparse reward: 0 if the distance is at most the tolerance, otherwise −1.
-
-    Args:
-        distance: Distances from tool to goal, (...) [m].
-        tolerance: Maximum distance at which a goal is considered reached, () [m].
-    """
-    return np.where(distance <= tolerance, 0.0, -1.0)

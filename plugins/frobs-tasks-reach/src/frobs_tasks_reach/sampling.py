@@ -55,6 +55,7 @@ class JointSampler:
             self.lower = np.maximum(self.lower, lower)
         if upper is not None:
             self.upper = np.minimum(self.upper, upper)
+        self._still = _beside(robot.model, robot.frame_name("tcp"))
         self._floor = FloorClearance(robot, self._postures("floor", _POSTURES))
 
     def survey(self, count: int) -> Floats:
@@ -78,7 +79,14 @@ class JointSampler:
 
     def _postures(self, stream: str, count: int) -> Floats:
         """Return a fixed set of ``count`` joint vectors within the limits, (count, dof) [rad or m]."""
-        return np.asarray(RandomSource(1).uniform(stream, self.lower, self.upper, (count, len(self.lower)))[0])
+        return np.asarray(self._drawn(stream, RandomSource(1), count, None)[0])
+
+    def _drawn(self, stream: str, rng: RandomSource, count: int, mask: Mask | None) -> Floats:
+        """Return joint vectors within the limits, (n, count, dof) [rad or m]. Legs and other arms keep their posture."""
+        vectors = rng.uniform(stream, self.lower, self.upper, (count, len(self.lower)), mask)
+        if self._still.any():
+            vectors[..., self._still] = self._robot.home[0, self._still]
+        return np.asarray(vectors, float)
 
     def draw(
         self, stream: str, rng: RandomSource, mask: Mask | None, accept: Accept, what: str
@@ -107,7 +115,7 @@ class JointSampler:
             for rows in _chunks(np.flatnonzero(open_rows), max(1, _CHUNK // count)):
                 drawn_for = np.zeros(len(open_rows), bool)
                 drawn_for[rows] = True
-                candidates = rng.uniform(stream, self.lower, self.upper, (count, dof), drawn_for)  # (m, count, dof)
+                candidates = self._drawn(stream, rng, count, drawn_for)  # (m, count, dof)
                 reached = self._robot.frame_pose("tcp", candidates.reshape(-1, dof))[0].reshape(-1, count, 3)
                 good = accept(reached)  # (m, count)
                 good[good] = self._floor.is_clear(candidates[good])
@@ -125,6 +133,13 @@ class JointSampler:
                 "larger goal box, or initial='home'."
             )
         return joint_positions[masked_rows], positions[masked_rows]
+
+
+def _beside(model: RobotModel, frame: str) -> Mask:
+    """Return which actuated joints belong to a chain that has no moving joint in common with that to ``frame``, (dof,)."""
+    carrying = {joint.name for joint in joint_path(model, frame) if joint.type is not JointType.FIXED}
+    chains = {joint.name: joint_path(model, joint.child) for joint in model.joints}
+    return np.array([carrying.isdisjoint(each.name for each in chains[name]) for name in model.joint_names])
 
 
 def _chunks(rows: np.ndarray[Any, Any], size: int) -> Iterator[np.ndarray[Any, Any]]:

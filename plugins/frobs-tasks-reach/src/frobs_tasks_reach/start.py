@@ -31,7 +31,10 @@ class EpisodeStart(Task):
             reach.
         goal_high: Maximum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
             reach.
-        initial: Joint positions at reset: ``"home"``, or ``"random"`` for random positions within the limits.
+        initial: Joint positions at reset: ``"home"``, or ``"random"`` for random positions. If part of the arm would be
+            below the floor at home, the nearest posture above the floor is used instead. As in FRobs_RL, random
+            positions are uniformly distributed within the limits, with the tool at least 5 cm above the floor. Random
+            initial positions make the task harder to learn.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -41,7 +44,13 @@ class EpisodeStart(Task):
     goal_high: Floats
     _goal: Floats
 
-    def __init__(self, *, goal_low: Sequence[float] | None, goal_high: Sequence[float] | None, initial: str) -> None:
+    def __init__(
+        self,
+        *,
+        goal_low: Sequence[float] | None = None,
+        goal_high: Sequence[float] | None = None,
+        initial: str = "home",
+    ) -> None:
         self._given_low = None if goal_low is None else np.array(number_list("goal_low", goal_low, 3))
         self._given_high = None if goal_high is None else np.array(number_list("goal_high", goal_high, 3))
         if self._given_low is not None and self._given_high is not None:

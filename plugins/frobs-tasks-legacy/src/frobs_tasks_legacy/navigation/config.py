@@ -21,6 +21,15 @@ def non_negative_integer(name: str, value: Any) -> int:
     return int(number)
 
 
+WEIGHTS = (
+    "step_reward",
+    "multiplier_dist_reward",
+    "angle_diff_reward_multiplier",
+    "not_reached_midway_reward",
+    "collision_reward",
+)
+"""Keys of the weights of the reward's terms."""
+
 FILES = TaskFiles(
     folder="navigation",
     kind="world of FRobs_RL's Kobuki",

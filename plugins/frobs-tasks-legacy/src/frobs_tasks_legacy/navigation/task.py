@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.contracts import Control, Simulation, StepContext
+from frobs_core.contracts import Control, Simulation
+from frobs_core.description import Rewards, RewardTerm
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import ParameterValueError
-from frobs_tasks_legacy.navigation.config import FILES
+from frobs_tasks_legacy.navigation.config import FILES, WEIGHTS
 from frobs_tasks_navigation import Navigate
 
 _OBSERVED = {
@@ -28,14 +29,9 @@ class NavigateLegacy(Navigate):
     in an observation always refer to the same waypoint. In FRobs_RL, the observed distance and bearing switched to the
     next waypoint one step after the observed waypoint position did.
 
-    The reward is a sum of these terms, where b is the absolute bearing [rad]:
+    The reward depends on the distance d and the bearing b [rad] of the waypoint:
 
-    - On each step that reaches a waypoint: ``reached_midway_reward``, or ``reached_goal_reward`` in worlds without
-      routes.
-    - On all other steps: ``−multiplier_dist_reward`` · distance − ``angle_diff_reward_multiplier`` · min(b, π − b) +
-      ``not_reached_midway_reward`` · number of remaining waypoints.
-    - On every step: ``step_reward``, plus ``collision_reward`` if the lidar's smallest range is below
-      ``collision_distance_threshold``.
+    {rewards}
 
     The task requires a discount factor close to 1. With a factor of 0.99 per step, waiting in front of a waypoint costs
     less than driving to the next waypoint, so PPO does not learn to cross the maze. The tuned settings use 0.999.
@@ -70,17 +66,40 @@ class NavigateLegacy(Navigate):
         ConfigurationError: A value is out of range.
     """
 
-    reward_types: ClassVar[Sequence[str]] = ("dense",)
     physics_timestep: ClassVar[float] = 0.01
     success_rule: ClassVar[str] = "the robot is within the tolerance of the last waypoint"
-    reward_meanings: ClassVar[Mapping[str, str]] = {
-        "reached": "reached_midway_reward when a waypoint is reached, or reached_goal_reward in worlds without routes",
-        "distance": "−multiplier_dist_reward for each meter of distance to the waypoint",
-        "bearing": "−angle_diff_reward_multiplier for each radian between the direction to the waypoint and the "
-        "robot's forward or backward direction, whichever is closer",
-        "way_points": "not_reached_midway_reward for each remaining waypoint",
-        "step": "step_reward at every step",
-        "collision": "collision_reward if the lidar's smallest range is below collision_distance_threshold",
+    rewards: ClassVar[Rewards] = {
+        "dense": {
+            "reached": RewardTerm(
+                function=lambda task: task.reached_reward * task.last_step.reached,
+                meaning="reached_midway_reward at a waypoint, or reached_goal_reward in worlds without routes",
+            ),
+            "distance": RewardTerm(
+                function=lambda task: ~task.last_step.reached * task.last_step.distance,
+                weight="-multiplier_dist_reward",
+                meaning="d unless a waypoint is reached",
+                unit="m",
+            ),
+            "bearing": RewardTerm(
+                function=lambda task: ~task.last_step.reached * _angle_to_axis(task.last_step.bearing),
+                weight="-angle_diff_reward_multiplier",
+                meaning="min(|b|, π − |b|) unless a waypoint is reached",
+                unit="rad",
+            ),
+            "way_points": RewardTerm(
+                function=lambda task: ~task.last_step.reached * task.last_step.left,
+                weight="not_reached_midway_reward",
+                meaning="number of remaining waypoints unless a waypoint is reached",
+            ),
+            "step": RewardTerm(
+                function=lambda task: np.ones(len(task.is_success())), weight="step_reward", meaning="1 at every step"
+            ),
+            "collision": RewardTerm(
+                function=lambda task: task.is_too_near(),
+                weight="collision_reward",
+                meaning="1 if the lidar's smallest range is below collision_distance_threshold",
+            ),
+        }
     }
     area_ends: ClassVar[bool] = False
 
@@ -112,6 +131,9 @@ class NavigateLegacy(Navigate):
             bumper=bumper,
             collision_ends=False,
         )
+        for name in WEIGHTS:
+            setattr(self, name, self.config[name])
+        self.reached_reward = self.config["reached_midway_reward" if self.plan.routes else "reached_goal_reward"]
 
     def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
         """Bind the task to a simulation.
@@ -131,23 +153,14 @@ class NavigateLegacy(Navigate):
                 f'sensors={{"{self.lidar}": {{"rays": {samples}}}}}',
             )
 
-    def reward(self, context: StepContext) -> Floats:
-        """Return the reward of each environment, (num_envs,)."""
-        config, step = self.config, self._step
-        going = ~step.reached
-        bearing = np.abs(step.bearing)
-        reached = config["reached_midway_reward" if self.plan.routes else "reached_goal_reward"]
-        self._reward_terms = {
-            "reached": reached * step.reached,
-            "distance": going * step.distance * -config["multiplier_dist_reward"],
-            "bearing": going * np.minimum(bearing, np.pi - bearing) * -config["angle_diff_reward_multiplier"],
-            "way_points": going * step.left * config["not_reached_midway_reward"],
-            "step": np.full(len(going), config["step_reward"]),
-            "collision": self._too_near() * config["collision_reward"],
-        }
-        return np.asarray(sum(self._reward_terms.values()))
-
-    def _too_near(self) -> Mask:
+    def is_too_near(self) -> Mask:
+        """Return whether the lidar of each robot sees something too close, (num_envs,) bool."""
         if "lidar" not in self._observed:
-            return np.zeros(len(self._success), np.bool_)
+            return np.zeros(len(self.is_success()), np.bool_)
         return np.asarray(self._sensors.read(self.lidar).min(axis=1) < self.config["collision_distance_threshold"])
+
+
+def _angle_to_axis(bearing: Floats) -> Floats:
+    """Return the angle between the direction to the waypoint and the robot's forward or backward direction [rad]."""
+    ahead = np.abs(bearing)
+    return np.minimum(ahead, np.pi - ahead)

@@ -9,8 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from frobs_core.contracts import Control, Simulation, Snapshot, StepContext
-from frobs_core.description import ObservationTerm
+from frobs_core.contracts import Control, Simulation, Snapshot
+from frobs_core.description import ObservationTerm, Rewards, RewardTerm
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import ConfigurationError, MissingSettingError, ParameterValueError
 from frobs_core.util.random import RandomSource
@@ -32,9 +32,11 @@ class ReachLegacy(Reach):
     The observation, (dof + 6) float32, consists of the unit vector from the tool to the goal, the goal [m], and the
     joint positions [rad]. If the distance is zero, the unit vector is zero (FRobs_RL returned NaN).
 
-    The reward is ``reached_goal_reward`` if the tool is within the tolerance of the goal, and otherwise
-    ``−multiplier_dist_reward`` · distance + ``step_reward``. If a joint is within 1e-4 rad of a limit or beyond the
-    limit, ``joint_limits_reward`` is added.
+    The reward depends on the distance d from the tool to the goal:
+
+    {rewards}
+
+    A joint is at a limit within 1e-4 rad of the limit or beyond it.
 
     An episode terminates when the tool reaches the goal, unless ``pos_dynamic`` is true and the goal therefore moves.
 
@@ -73,13 +75,31 @@ class ReachLegacy(Reach):
         UnknownNameError: The profile does not exist.
     """
 
-    reward_types: ClassVar[Sequence[str]] = ("dense",)
     success_rule: ClassVar[str] = "the tool comes within tolerance_goal_pos of the goal, which terminates the episode"
-    reward_meanings: ClassVar[Mapping[str, str]] = {
-        "reached_goal": "reached_goal_reward if the tool has reached the goal, otherwise 0",
-        "distance": "−multiplier_dist_reward · d unless the goal is reached; d is the distance from tool to goal",
-        "step": "step_reward for each step that does not reach the goal",
-        "joint_limits": "joint_limits_reward if a joint is at one of its limits",
+    rewards: ClassVar[Rewards] = {
+        "dense": {
+            "reached_goal": RewardTerm(
+                function=lambda task: task.is_success(),
+                weight="reached_goal_reward",
+                meaning="1 if d ≤ tolerance_goal_pos",
+            ),
+            "distance": RewardTerm(
+                function=lambda task: ~task.is_success() * task.distance,
+                weight="-multiplier_dist_reward",
+                meaning="d unless the goal is reached",
+                unit="m",
+            ),
+            "step": RewardTerm(
+                function=lambda task: ~task.is_success(),
+                weight="step_reward",
+                meaning="1 unless the goal is reached",
+            ),
+            "joint_limits": RewardTerm(
+                function=lambda task: task.is_at_limit(),
+                weight="joint_limits_reward",
+                meaning="1 if a joint is at one of its limits",
+            ),
+        }
     }
     control_timestep: ClassVar[float] = 0.5
     usual_profile: ClassVar[str] = "irb120"
@@ -123,6 +143,8 @@ class ReachLegacy(Reach):
         if goals not in ("reachable", "box"):
             raise ParameterValueError("goals", goals, "'reachable' or 'box'")
         self.limits, self.goals = limits, goals
+        for name in ("step_reward", "multiplier_dist_reward", "reached_goal_reward", "joint_limits_reward"):
+            setattr(self, name, self.config[name])
 
     def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
         """Bind the task to a simulation.
@@ -157,17 +179,9 @@ class ReachLegacy(Reach):
             "joint_positions": _clipped(known["joint_positions"]),
         }
 
-    def reward(self, context: StepContext) -> Floats:
-        """Return the reward of each environment, (num_envs,)."""
-        config, outside = self.config, ~self.is_success()
-        limited = at_limits(self._robot.joint_positions, *self._watched, self.limit_margin)
-        self._reward_terms = {
-            "reached_goal": ~outside * config["reached_goal_reward"],
-            "distance": outside * self._distance * -config["multiplier_dist_reward"],
-            "step": outside * config["step_reward"],
-            "joint_limits": limited * config["joint_limits_reward"],
-        }
-        return sum(self._reward_terms.values(), np.zeros(len(outside)))
+    def is_at_limit(self) -> Mask:
+        """Return whether a joint of each robot is at one of its limits, (num_envs,) bool."""
+        return at_limits(self._robot.joint_positions, *self._watched, self.limit_margin)
 
     def is_terminated(self) -> Mask | None:
         """Return whether each tool has reached its goal, (num_envs,) bool, or None if the goals move."""

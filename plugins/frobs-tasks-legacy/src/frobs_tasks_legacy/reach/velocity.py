@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
-import numpy as np
-
-from frobs_core.contracts import StepContext
-from frobs_core.description import ObservationTerm
-from frobs_core.util.arrays import Floats, Mask
+from frobs_core.description import ObservationTerm, Rewards
+from frobs_core.util.arrays import Mask
 from frobs_tasks_legacy.reach.task import ReachLegacy
 
 
@@ -25,31 +23,22 @@ class ReachLegacyVelocity(ReachLegacy):
     - The control timestep is 0.1 s. Steps in FRobs_RL had no fixed duration.
     - The observation, (dof + 6) float32, consists of the joint positions, the goal [m], and the unit vector from the
       tool to the goal.
-    - The reward is ``reached_goal_reward`` if the tool is within the tolerance of the goal, and otherwise
-      ``−multiplier_dist_reward`` · distance. If a joint is within ``limit_margin`` (0.09 rad) of a limit or beyond the
-      limit, ``joint_limits_reward`` is subtracted. The parameter ``step_reward`` has no effect.
+    - The term ``step`` is missing, the sign of ``joint_limits`` is reversed, and ``limit_margin`` is 0.09 rad:
+
+    {rewards}
     """
 
     success_rule: ClassVar[str] = "the tool is within tolerance_goal_pos of the goal at the time limit"
-    reward_meanings: ClassVar[Mapping[str, str]] = {
-        "reached_goal": "reached_goal_reward if the tool is within the tolerance of the goal, otherwise 0",
-        "distance": "−multiplier_dist_reward · d outside the tolerance; d is the distance from tool to goal",
-        "joint_limits": "−joint_limits_reward if a joint is within limit_margin of one of its limits",
+    rewards: ClassVar[Rewards] = {
+        "dense": {
+            "reached_goal": ReachLegacy.rewards["dense"]["reached_goal"],
+            "distance": ReachLegacy.rewards["dense"]["distance"],
+            "joint_limits": replace(ReachLegacy.rewards["dense"]["joint_limits"], weight="-joint_limits_reward"),
+        }
     }
     control_timestep: ClassVar[float] = 0.1
     usual_profile: ClassVar[str] = "irb140_velocity"
     usual_limit_margin: ClassVar[float] = 0.09
-
-    def reward(self, context: StepContext) -> Floats:
-        """Return the reward of each environment, (num_envs,)."""
-        super().reward(context)
-        terms = self._reward_terms
-        self._reward_terms = {
-            "reached_goal": terms["reached_goal"],
-            "distance": terms["distance"],
-            "joint_limits": -terms["joint_limits"],
-        }
-        return sum(self._reward_terms.values(), np.zeros(self._robot.num_envs))
 
     def is_terminated(self) -> Mask | None:
         """Return None, because episodes never terminate, even if the goal does not move."""

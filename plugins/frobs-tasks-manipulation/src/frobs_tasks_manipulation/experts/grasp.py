@@ -7,16 +7,13 @@ from typing import Any
 import numpy as np
 
 from frobs_core.util.arrays import Floats
-from frobs_tasks_manipulation.cube_task import CubeTask
 from frobs_tasks_manipulation.experts.tool_expert import TaskT, ToolExpert
 from frobs_tasks_manipulation.lift import Lift
-from frobs_tasks_manipulation.manipulation import UP
+from frobs_tasks_manipulation.manipulation import ObjectTask
 from frobs_tasks_manipulation.rewards import length
+from frobs_tasks_manipulation.working_area import UP
 
 ABOVE, DOWN, CLOSE, CARRY, RELEASE, RETREAT = range(6)
-_CLEARANCE = 0.08  # [m] height above the grip position from which the tool moves down
-_ALIGNED = 0.008  # [m] maximum position error at which the tool is considered aligned
-_LOST = 0.03  # [m] distance between tool and grip position above which the object is considered lost
 _OPENING = 8  # minimum number of control steps for closing or opening the gripper
 _STOPPED = 0.005  # change in the opening per control step below which the fingers are assumed to touch an object
 
@@ -24,18 +21,18 @@ _STOPPED = 0.005  # change in the opening per control step below which the finge
 class GraspCube(ToolExpert[TaskT]):
     """Expert that moves above an object, moves down, closes the gripper, and carries the object to its target."""
 
-    task: CubeTask  # type: ignore[assignment]
+    task: ObjectTask  # type: ignore[assignment]
 
     def _next_phase(self) -> np.ndarray[Any, np.dtype[np.int64]]:
         task, phase = self.task, self.phase
-        aside = length((task.grip - task.tcp)[:, :2])
+        aside = length((task.grip - task.tool.pos)[:, :2])
         return np.select(
             [
-                (phase == ABOVE) & (aside < _ALIGNED),
-                (phase == DOWN) & (aside > 3 * _ALIGNED),
-                (phase == DOWN) & (task.to_cube < _ALIGNED),
+                (phase == ABOVE) & (aside < task.grasp.aligned),
+                (phase == DOWN) & (aside > 3 * task.grasp.aligned),
+                (phase == DOWN) & (task.to_cube < task.grasp.aligned),
                 (phase == CLOSE) & (self.age >= _OPENING) & (self.finger_speed < _STOPPED),
-                ((phase == CLOSE) | (phase == CARRY)) & (task.to_cube > _LOST),
+                ((phase == CLOSE) | (phase == CARRY)) & (task.to_cube > task.grasp.lost),
             ],
             [DOWN, ABOVE, CLOSE, CARRY, ABOVE],
             phase,
@@ -43,8 +40,8 @@ class GraspCube(ToolExpert[TaskT]):
 
     def _aim(self) -> tuple[Floats, Floats]:
         grip, phase = self.task.grip, self.phase[:, None]
-        carried = self._carry_to() - self.task.cube.pos + self.task.tcp
-        place = np.select([phase == ABOVE, phase == CARRY], [grip + _CLEARANCE * UP, carried], grip)
+        carried = self._carry_to() - self.task.cube.pos + self.task.tool.pos
+        place = np.select([phase == ABOVE, phase == CARRY], [grip + self.task.grasp.clearance * UP, carried], grip)
         return place, np.where(self.phase <= DOWN, 1.0, 0.0)
 
     def _carry_to(self) -> Floats:
@@ -68,7 +65,7 @@ class LiftCube(GraspCube[Any]):
 
     def _carry_to(self) -> Floats:
         place = self.task.cube.pos.copy()
-        place[:, 2] = self.task.size / 2 + self.task.lowest + 0.05
+        place[:, 2] = self.task.rest_height + self.task.lowest + 0.05
         return place
 
 
@@ -81,7 +78,7 @@ class StackCube(GraspCube[Any]):
         return np.select(
             [
                 (phase == CARRY) & placed,
-                (phase == RELEASE) & (task.opening > 0.8),
+                (phase == RELEASE) & (task.tool.opening > 0.8),
                 (phase == RETREAT) & (task.to_goal > task.tolerance) & (self.age > _OPENING),
             ],
             [RELEASE, RETREAT, ABOVE],
@@ -96,5 +93,5 @@ class StackCube(GraspCube[Any]):
     def _aim(self) -> tuple[Floats, Floats]:
         place, opening = super()._aim()
         phase, grip = self.phase[:, None], self.task.grip
-        place = np.select([phase == RELEASE, phase == RETREAT], [self.task.tcp, grip + 0.12 * UP], place)
+        place = np.select([phase == RELEASE, phase == RETREAT], [self.task.tool.pos, grip + 0.12 * UP], place)
         return place, np.where(self.phase >= RELEASE, 1.0, opening)

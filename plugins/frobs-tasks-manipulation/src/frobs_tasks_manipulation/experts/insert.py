@@ -9,9 +9,9 @@ import numpy as np
 
 from frobs_core.util.arrays import Floats, Mask
 from frobs_tasks_manipulation.experts.grasp import ABOVE, CARRY, CLOSE, GraspCube
-from frobs_tasks_manipulation.manipulation import UP
 from frobs_tasks_manipulation.peg_insertion import HEIGHT, PegInsertion
 from frobs_tasks_manipulation.rewards import length
+from frobs_tasks_manipulation.working_area import UP
 
 LOWER = CARRY + 1
 _ABOVE = 0.003  # [m] height of the peg's lower end above the block before the peg is lowered
@@ -80,7 +80,7 @@ class InsertPeg(GraspCube[Any]):
 
     def _aim(self) -> tuple[Floats, Floats]:
         place, opening = super()._aim()
-        tcp, error = self.task.tcp, self._error()
+        tcp, error = self.task.tool.pos, self._error()
         rising = (error[:, 2] > _RISE) & (length(error[:, :2]) > _RISE)
         carried = np.where(rising[:, None], error * UP, error + self._correction)
         carried = carried * np.minimum(1.0, _STEP / np.maximum(length(carried), 1e-9))[:, None]

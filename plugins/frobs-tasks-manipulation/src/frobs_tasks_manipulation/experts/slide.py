@@ -16,7 +16,6 @@ BEHIND, DOWN, PUSH, AWAY = range(4)
 _HEIGHT = 0.06  # [m] height of the tool while it moves to another position behind the puck
 _LOW = 0.022  # [m] height of the tool while it pushes
 _GAP = 0.025  # [m] distance between the tool's center and the puck before a push
-_ALIGNED = 0.008  # [m] maximum position error at which the tool is considered aligned
 _OPENING = 0.5  # gripper opening at which both fingertips touch the puck, so that it cannot roll off sideways
 _TOUCH = 0.1  # [m/s] speed of the tool when it touches the puck
 _TOUCHING = 6  # number of control steps after which both fingertips touch the puck
@@ -48,19 +47,19 @@ class SlidePuck(ToolExpert[Any]):
         self._asked = np.zeros(self.task.num_envs)  # commanded opening
 
     def _begin(self, mask: Mask) -> None:
-        self._asked[mask] = self.task.opening[mask]
+        self._asked[mask] = self.task.tool.opening[mask]
 
     def _next_phase(self) -> np.ndarray[Any, np.dtype[np.int64]]:
         task, phase = self.task, self.phase
         direction, left = self._way()
         # distance from the place where the puck will come to rest to the goal [m]
         missing = (task.rest_offset * direction[:, :2]).sum(axis=1)
-        aside = length((self._behind() - task.tcp) * _HORIZONTAL)
+        aside = length((self._behind() - task.tool.pos) * _HORIZONTAL)
         again = (task.speed < _STILL) & (left > task.tolerance) & ~task.is_gone & (self.age > _BRAKING)
         return np.select(
             [
-                (phase == BEHIND) & (aside < _ALIGNED),
-                (phase == DOWN) & (task.tcp[:, 2] < _LOW + 0.005) & (task.opening > 0.9 * _OPENING),
+                (phase == BEHIND) & (aside < task.grasp.aligned),
+                (phase == DOWN) & (task.tool.pos[:, 2] < _LOW + 0.005) & (task.tool.opening > 0.9 * _OPENING),
                 (phase == PUSH) & ((missing < _AIMED) | (self.age > _LONGEST)),
                 (phase == AWAY) & again,
             ],
@@ -82,7 +81,7 @@ class SlidePuck(ToolExpert[Any]):
 
     def _aim(self) -> tuple[Floats, Floats]:
         task, phase = self.task, self.phase[:, None]
-        away = task.tcp - np.where(self.age < _BRAKING, _BACK, 0.0)[:, None] * _FORWARD
+        away = task.tool.pos - np.where(self.age < _BRAKING, _BACK, 0.0)[:, None] * _FORWARD
         away[:, 2] = _HEIGHT
         place = np.select([phase == PUSH, phase == AWAY], [self._moving_at(self._push()), away], self._behind())
         return place, np.full(len(place), _OPENING)
@@ -99,7 +98,7 @@ class SlidePuck(ToolExpert[Any]):
         touching = (self.age > _TOUCHING)[:, None]
         self._velocity = np.where(touching, self._velocity + change, _TOUCH * _FORWARD)
         velocity = self._velocity.copy()
-        velocity[:, 2] = _RISE * (_LOW - task.tcp[:, 2])
+        velocity[:, 2] = _RISE * (_LOW - task.tool.pos[:, 2])
         return velocity
 
     def _gripper_action(self, opening: Floats) -> Floats:

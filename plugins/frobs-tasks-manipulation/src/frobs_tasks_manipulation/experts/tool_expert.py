@@ -48,7 +48,7 @@ class ToolExpert(Expert, Generic[TaskT]):
         bare = cast("RobotEnv | RobotVectorEnv", env.unwrapped)  # because its task names this expert
         self.task: TaskT = bare.task  # type: ignore[assignment] # only tasks of this type name this expert
         self._control_timestep = bare.control_timestep
-        robot, tool = bare.robot, self.task.gripper
+        robot, tool = bare.robot, self.task.tool.gripper
         arm = tool.arm or next(iter(robot.robot.groups))
         controllers = bare.control.controllers
         if len(bare.control.robots) != 1:
@@ -72,14 +72,14 @@ class ToolExpert(Expert, Generic[TaskT]):
         if episode_start.any():
             self.phase[episode_start] = self.age[episode_start] = 0
             self._begin(episode_start)
-        self.finger_speed = np.abs(self.task.opening - self._opening)
-        self._opening = self.task.opening
+        self.finger_speed = np.abs(self.task.tool.opening - self._opening)
+        self._opening = self.task.tool.opening.copy()
         phase = self._next_phase()
         self.age = np.where(phase == self.phase, self.age + 1, 0)
         self.phase = phase
         place, opening = self._aim()
         action = np.zeros((len(phase), self._width))
-        soon = self.task.tcp + _LAG * self.task.tcp_velocity
+        soon = self.task.tool.pos + _LAG * self.task.tool.velocity
         step = _GAIN * (place - soon) / self._arm.max_delta  # type: ignore[union-attr] # checked above
 
         # All axes are scaled by the same factor, so that the tool moves in a straight line.
@@ -95,7 +95,7 @@ class ToolExpert(Expert, Generic[TaskT]):
 
     def _moving_at(self, velocity: Floats) -> Floats:
         """Return target positions (num_envs, 3) [m] that make the tool move at given velocities (num_envs, 3) [m/s]."""
-        soon = self.task.tcp + _LAG * self.task.tcp_velocity
+        soon = self.task.tool.pos + _LAG * self.task.tool.velocity
         return soon + self._control_timestep / _GAIN * velocity
 
     def _gripper_action(self, opening: Floats) -> Floats:
@@ -104,7 +104,7 @@ class ToolExpert(Expert, Generic[TaskT]):
             return 2.0 * opening - 1.0
         # A gripper that holds an object is commanded to close further, so that it keeps squeezing.
         requested = np.where(opening <= 0.0, -1.0, opening)
-        return np.asarray(np.clip((requested - self.task.opening) / max_delta, -1.0, 1.0))
+        return np.asarray(np.clip((requested - self.task.tool.opening) / max_delta, -1.0, 1.0))
 
     # -- Methods that experts define --
 
