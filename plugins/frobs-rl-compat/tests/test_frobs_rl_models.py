@@ -265,7 +265,7 @@ def test_a_mask_begins_episodes_of_a_recurrent_policy(tmp_path: Path) -> None:
     class RecurrentPPO(BasicModel):
         algorithm = "recurrent_ppo"
 
-    model = RecurrentPPO.load_trained(stock_models.write("recurrent_ppo", tmp_path))
+    model = RecurrentPPO.load_trained(stock_models.write("recurrent_ppo", tmp_path), gym.make("Pendulum-v1"))
     observation = np.ones(3, np.float32)
     first, state = model.predict(observation, deterministic=True)
     second, _ = model.predict(observation, state, mask=np.array([False]), deterministic=True)

@@ -10,9 +10,8 @@ import pytest
 from frobs_core.util.errors import ConfigFileError, ConfigurationError
 from frobs_core.util.yaml import load_yaml, load_yaml_text
 from frobs_rl_compat.training import parameters
-from frobs_rl_compat.training.blocks import BLOCKS
 from frobs_rl_compat.training.config_files import DEFAULTS, find_config
-from frobs_rl_compat.training.settings import read_settings
+from frobs_rl_compat.training.settings import CONFIGS, read_settings
 
 TEMPLATES = Path(__file__).parents[3] / "templates" / "frobs_rl"
 
@@ -65,20 +64,20 @@ EXPECTED = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("algorithm", BLOCKS)
+@pytest.mark.parametrize("algorithm", CONFIGS)
 def test_a_default_file_says_what_is_the_default_of_each_key(algorithm: str) -> None:
     path = DEFAULTS / f"{algorithm}_config.yaml"
     written = read_settings(load_yaml(path), algorithm, path)
     empty = read_settings({"model_params": {f"{algorithm}_params": {}}}, algorithm)
     assert written == empty
-    assert EXPECTED[algorithm].items() <= written.block.attributes().items()
+    assert EXPECTED[algorithm].items() <= written.model_kwargs().items()
     params = load_yaml(path)["model_params"]
-    assert set(params[f"{algorithm}_params"]) == set(BLOCKS[algorithm].model_fields)
+    assert set(params[f"{algorithm}_params"]) <= set(CONFIGS[algorithm].model_fields)
     assert (params["training_steps"], params["save_freq"], params["log_interval"]) == (5000, 1000, 4)
     assert (params["log_folder"], params["model_name"]) == (f"{algorithm.upper()}_1", f"{algorithm}_model_5000_steps")
 
 
-@pytest.mark.parametrize("algorithm", BLOCKS)
+@pytest.mark.parametrize("algorithm", CONFIGS)
 def test_the_template_is_the_default_file(algorithm: str) -> None:
     name = f"{algorithm}_config.yaml"
     assert (TEMPLATES / name).read_bytes() == (DEFAULTS / name).read_bytes()
@@ -89,8 +88,8 @@ def test_a_file_of_the_examples_loads_unchanged() -> None:
     assert found.unused == ()
     assert found.params.training_steps == 100_000
     assert found.params.policy_params.activation_fn == "relu"
-    assert found.block.attributes()["train_freq"] == (1, "episode")
-    assert found.block.attributes()["buffer_size"] == 2_000_000
+    assert found.model_kwargs()["train_freq"] == (1, "episode")
+    assert found.model_kwargs()["buffer_size"] == 2_000_000
 
 
 @pytest.mark.parametrize(

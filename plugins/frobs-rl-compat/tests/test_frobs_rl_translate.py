@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from frobs_core.util.errors import ConfigFileError, ConfigurationError
-from frobs_rl_compat.training.blocks import BLOCKS
 from frobs_rl_compat.training.config_files import DEFAULTS
+from frobs_rl_compat.training.settings import CONFIGS
 from frobs_train import RunConfig, resolve_config, train
 
 REACH = "frobs/Irb120Reach-v0"
@@ -26,7 +26,7 @@ def changed(algorithm: str, folder: Path, *replacements: tuple[str, str]) -> Pat
     return path
 
 
-@pytest.mark.parametrize("algorithm", BLOCKS)
+@pytest.mark.parametrize("algorithm", CONFIGS)
 def test_every_algorithm_trains_on_a_robot_from_frobs_rl_s_own_default_file(algorithm: str, tmp_path: Path) -> None:
     flags = {"controller": "discrete"} if algorithm == "dqn" else {}
     config = resolve(DEFAULTS / f"{algorithm}_config.yaml", **flags)

@@ -13,7 +13,6 @@ EXAMPLES = HERE.parent / "examples"
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", ["old_gym_package", "gymnasium_package"])
 @pytest.mark.ros_feature("packages that use FRobs_RL", "mujoco", "gazebo")
 def test_an_old_package_spawns_trains_saves_loads_and_predicts(name, backend, run_package, tmp_path):
@@ -31,7 +30,6 @@ def test_an_old_package_spawns_trains_saves_loads_and_predicts(name, backend, ru
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", ["abb_irb120_reacher", "kobuki_maze_rl"])
 @pytest.mark.ros_feature("packages that use FRobs_RL", "mujoco", "gazebo")
 def test_the_examples_train_for_a_short_while(name, backend, run_package, tmp_path):

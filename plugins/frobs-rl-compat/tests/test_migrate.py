@@ -12,11 +12,15 @@ import pytest
 
 from frobs_core.util.errors import ConfigurationError
 from frobs_core.util.yaml import load_yaml
-from frobs_rl_compat.migrate import migrate_package, migrate_yaml
+from frobs_rl_compat.migrate import Migration, migrate_package, migrate_yaml, read_package
+from frobs_rl_compat.migrate.advice import note_the_task
 from frobs_train.configuration.config import RunConfig
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent / "examples"
+ORIGINALS = Path(__file__).parents[4] / "shared" / "frobs_rl" / "originals" / "frobs_rl_resources"
+MAZE = "kobuki_maze/kobuki_maze_rl"
+REACHER = "abb_irb140_reacher/abb_irb140_reacher"
 
 
 @pytest.fixture(scope="module")
@@ -38,24 +42,24 @@ def test_the_plugin_has_the_packages_robot_and_limit_and_an_id_that_says_skeleto
     assert "frobs_core:acme/PlaneArmReachGymnasiumEnvSkeleton-v0" in read(made, "README.md")
 
 
-def test_spaces_and_numbers_are_python_that_can_be_imported(made):
-    names: dict = {}
-    exec(read(made, "original.py"), names)
-    assert isinstance(names["ACTION_SPACE"], gymnasium.spaces.Box)
-    assert names["OBSERVATION_SPACE"].shape == (6,)
-    assert names["REACH_TASK"]["plane_arm"]["reached_goal_reward"] == 10.0
-    assert names["ROBOT_PARAMETERS"]["num_gazebo_steps"] == 20
+def test_spaces_are_quoted_and_the_files_of_numbers_are_copied(made):
+    left = dict(made.left)
+    action_space = "self.action_space = spaces.Box(low=-self.max_joint_step, high=self.max_joint_step, shape=(2,), dtype=np.float32)"
+    assert "plugin.py (plane_arm_reach.py, line" in left[action_space]
+    original = HERE / "gymnasium_package" / "config" / "reach_task.yaml"
+    assert read(made, "config_reach_task.yaml") == original.read_text("utf-8")
 
 
-def test_the_task_has_the_timing_the_tolerance_and_places_of_the_old_hooks_but_no_old_code(made):
+def test_the_task_has_the_timing_and_places_of_the_old_hooks_but_no_old_code(made):
     task = read(made, "task.py")
     assert "control_timestep: ClassVar[float] = 0.04" in task
     assert "physics_timestep: ClassVar[float] = 0.002" in task
-    assert "tolerance: float = 0.1" in task
     for hook in ("_get_observation", "_get_reward", "_check_if_done", "_set_episode_init_params"):
         assert f"PlaneArmReachEnv.{hook}" in task
     assert "self.step_reward" not in task
-    assert "get_tool_pos" in dict(made.left)["other methods"]
+    left = dict(made.left)
+    assert "get_tool_pos" in left["other methods"]
+    assert "arbitrary code cannot be translated" in left["the task"]
     compile(task, "task.py", "exec")
 
 
@@ -168,3 +172,28 @@ def test_a_package_without_a_launch_file_is_migrated_too(tmp_path):
     migration = migrate_package(package, tmp_path / "made")
     assert "goal.launch" not in dict(migration.left)
     assert "observation_elements_vary" in dict(migration.left)["the tool never moves along z"]
+
+
+@pytest.mark.parametrize(
+    ("package", "id", "nearest"),
+    [
+        (EXAMPLES / "kobuki_maze_rl", None, "frobs/KobukiMazeLegacy-v0"),
+        (EXAMPLES / "abb_irb120_reacher", None, "frobs/Irb120ReachLegacy-v0"),
+        *(
+            pytest.param(ORIGINALS / folder, id, nearest, marks=pytest.mark.needs("originals"))
+            for folder, id, nearest in (
+                (MAZE, "KobukiMazeEnv-v0", "frobs/KobukiMazeLegacy-v0"),
+                (MAZE, "KobukiDynamicEnv-v3", "frobs/KobukiDynamicLegacy-v0"),
+                (MAZE, "KobukiEmptyEnv-v0", "frobs/KobukiEmptyLegacy-v0"),
+                (REACHER, "ABBIRB140VelReacherEnv-v0", "frobs/Irb140ReachVelocityLegacy-v0"),
+                (REACHER, "ABBIRB140ReacherPosEnv-v0", "frobs/Irb140ReachLegacy-v0"),
+            )
+        ),
+    ],
+)
+def test_the_report_names_the_id_that_reproduces_an_example(package, id, nearest):
+    assert nearest in gymnasium.registry
+    old = read_package(package, id)
+    migration = Migration(old.name, package)
+    note_the_task(old, None, migration)
+    assert dict(migration.left)["the task"].startswith(f"{nearest} reproduces FRobs_RL's example")

@@ -6,73 +6,26 @@ import ast
 import os
 from pathlib import Path
 
-import gymnasium
-import numpy as np
 import pytest
 
 from frobs_core.util.errors import ConfigurationError, UnknownNameError
 from frobs_rl_compat.migrate import read_package
-from frobs_rl_compat.migrate.comments import insert_in_method, todo
-from frobs_rl_compat.migrate.expressions import Evaluator, UnknownValueError
+from frobs_rl_compat.migrate.comments import insert_todo, todo
 
 HERE = Path(__file__).parent
-PARAMETERS = {"/arm/low": -2.0}
-
-VALUES = {
-    "[1, -2.5, 'x']": [1, -2.5, "x"],
-    "np.pi / 2": np.pi / 2,
-    "np.array([1.0, 2.0]) * scale": np.array([3.0, 6.0]),
-    "np.concatenate([np.ones(2), np.array([5])], axis=None)": np.array([1.0, 1.0, 5.0]),
-    "{'a': (1, 2)}['a'][0]": 1,
-    "rospy.get_param('/arm/low')": -2.0,
-    "rospy.get_param('/arm/other', 4)": 4,
-    "self.limit[1:]": [2, 3],
-}
-UNKNOWN = [
-    "__import__('os').system('true')",
-    "open('/etc/passwd').read()",
-    "missing",
-    "rospy.get_param('/arm/other')",
-    "2 ** 100000",
-    "[0] * 10 ** 9",
-    "np.zeros((10000, 10000))",
-    "(lambda: 1)()",
-    "1 / 0",
-]
-
-
-@pytest.fixture
-def evaluator():
-    return Evaluator({"scale": 3, "self.limit": [1, 2, 3]}, PARAMETERS.__getitem__)
-
-
-@pytest.mark.parametrize("text", VALUES)
-def test_values_are_told_from_their_syntax(evaluator, text):
-    assert np.array_equal(evaluator.value(ast.parse(text, mode="eval").body), VALUES[text])
-
-
-@pytest.mark.parametrize("text", UNKNOWN)
-def test_what_would_have_to_be_run_has_no_value(evaluator, text):
-    with pytest.raises(UnknownValueError):
-        evaluator.value(ast.parse(text, mode="eval").body)
 
 
 @pytest.mark.parametrize("name", ["old_gym_package", "gymnasium_package"])
 def test_a_package_is_read_without_being_imported(name):
     package = read_package(HERE / name)
-    said = package.constructed
     assert package.name == name
     assert [old.name for old in package.lineage] == ["PlaneArmReachEnv", "PlaneArmEnv"]
     assert package.registration is not None
     assert package.registration.max_episode_steps == 10000
     assert max(package.time_limits) == 20
-    assert said.parameters["urdf_file"] == "plane_arm.urdf.xacro"
-    assert said.parameters["controller_list"] == ["joint_state_controller", "arm_controller"]
-    assert said.parameters["gazebo_timestep"] == 0.002
-    assert said.unknown_parameters == {}
-    assert said.values["self.action_space"] == gymnasium.spaces.Box(-0.2, 0.2, (2,), np.float32)
-    low = np.array([-2.5, -2.0, -0.4, -0.4, -0.7, -0.7])
-    assert np.allclose(said.values["self.observation_space"].low, low)
+    assert package.robot_arguments["urdf_file"] == "plane_arm.urdf.xacro"
+    assert package.robot_arguments["controller_list"] == ["joint_state_controller", "arm_controller"]
+    assert package.robot_arguments["gazebo_timestep"] == 0.002
     assert package.hook("_check_if_done").name == "PlaneArmReachEnv"
 
 
@@ -110,12 +63,6 @@ def package_of_two(tmp_path):
     (tmp_path / "one.py").write_text(TASK)
     (tmp_path / "old.py").write_text("print 'python 2'")
     return tmp_path
-
-
-def test_a_value_under_an_unknown_condition_is_unknown(package_of_two):
-    said = read_package(package_of_two).constructed
-    assert "self.action_space" in said.unknown
-    assert said.values["self.observation_space"].shape == (3,)
 
 
 def test_one_of_several_environments_is_chosen_by_its_id(package_of_two):
@@ -180,12 +127,18 @@ def test_the_task_that_a_script_trains_is_chosen_among_classes_of_one_name(tmp_p
     assert package.others == ["Reach-v1"]
 
 
-def test_bounds_of_higher_precision_are_read_without_a_warning(recwarn):
-    box = Evaluator({}, PARAMETERS.__getitem__).value(
-        ast.parse("spaces.Box(low=np.array([-0.1]), high=np.array([0.1]), dtype=np.float32)", mode="eval").body
-    )
-    assert box == gymnasium.spaces.Box(-0.1, 0.1, (1,), np.float32)
-    assert not [each for each in recwarn if "gymnasium" in str(each.filename) or "precision" in str(each.message)]
+@pytest.mark.parametrize(
+    ("text", "arguments"),
+    [
+        ("urdf_file = 'arm.urdf'; super().__init__(urdf_file=urdf_file)", {"urdf_file": "arm.urdf"}),
+        ("self.pkg_name = 'lab'; super().__init__(pkg_name=self.pkg_name, model_pos_x=-1.5)", {"pkg_name": "lab", "model_pos_x": -1.5}),
+        ("super().__init__(urdf_file=__import__('os').system('true'), controller_list=[open('/etc/passwd')])", {}),
+        ("self.speed = 3; super().__init__(urdf_xacro_args=[name for name in names])", {}),
+    ],
+)  # fmt: skip
+def test_only_literal_arguments_of_the_robot_are_read(tmp_path, text, arguments):
+    (tmp_path / "arm.py").write_text(f"class Arm(RobotBasicEnv):\n    def __init__(self):\n        {text}\n")
+    assert read_package(tmp_path).robot_arguments == arguments
 
 
 def test_a_folder_without_environments_is_refused(tmp_path):
@@ -201,9 +154,10 @@ def test_comments_keep_indentation_and_width():
     assert lines[0].startswith("        # TODO: do it")
     assert lines[1].startswith("        # ")
     assert max(map(len, lines)) <= 120
-    text = 'class A:\n    def f(self):\n        """Say.\n\n        More.\n        """\n        return 1\n'
-    inserted = insert_in_method(text, "f", ["        # here"])
-    assert inserted.splitlines()[6] == "        # here"
+    text = 'class A:\n    x: int = 1\n\n    def f(self):\n        """Say.\n\n        More.\n        """\n        return 1\n'
+    inserted = insert_todo(insert_todo(text, "f", "here"), "x", "there")
+    assert inserted.splitlines()[9] == "        # TODO: here"
+    assert inserted.splitlines()[1] == "    # TODO: there"
     assert ast.dump(ast.parse(inserted)) == ast.dump(ast.parse(text))
 
 

@@ -18,9 +18,6 @@ import numpy as np
 import pytest
 import yaml
 
-from frobs_rl_compat.migrate import migrate_package, read_package
-from frobs_tasks_legacy.navigation.task import NavigateLegacy
-
 ORIGINALS = Path(__file__).parents[4] / "shared" / "frobs_rl" / "originals"
 MAZE = "frobs_rl_resources/kobuki_maze/kobuki_maze_rl"
 REACHER = "frobs_rl_resources/abb_irb140_reacher/abb_irb140_reacher"
@@ -66,7 +63,6 @@ def shorten(config: Path) -> None:
     config.write_text(text)
 
 
-@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("package", "script", "models"),
     [
@@ -147,7 +143,6 @@ def result_of(output: str) -> dict:
     return json.loads(re.search(r"^RESULT (.*)$", output, re.MULTILINE)[1])
 
 
-@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("module", "name", "width"),
     [
@@ -266,146 +261,3 @@ def test_the_maze_is_the_original_one(run_original, workspace, backend, mazes):
     if len(mazes) == 2:
         first, second = (np.array(maze["scans"]) for maze in mazes.values())
         assert np.median(np.abs(first - second)) <= 0.02
-
-
-RECORD_DRIVES = """
-import json, sys
-import gymnasium, numpy as np
-import frobs_core
-
-env = gymnasium.make(sys.argv[1])
-task, robot = env.unwrapped.task, env.unwrapped.robot
-env.action_space.seed(0)
-env.reset(seed=0)
-records = []
-for step in range(200):
-    course = task._course
-    record = {"goal": course.target[0].tolist(), "left": int(course.left[0])}
-    place = {0: record["goal"], 3: [-9.7, 7.5], 6: [-5.0, 7.5]}.get(step % 10)  # at the way point, a wall, and the start
-    if place is not None:
-        robot.write_base_pose(np.array([[*place, 0.0]]), np.array([[1.0, 0.0, 0.0, 0.0]]))
-    _, reward, terminated, _, info = env.step(env.action_space.sample())
-    (x, y, _), (w, i, j, k) = robot.base_pose[0][0], robot.base_pose[1][0]
-    lidar = task._sensors.read(task.lidar)[0].tolist() if "lidar" in task._observed else [30.0]
-    record |= {"pos": [x, y], "yaw": float(np.arctan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k))), "lidar": lidar}
-    records.append(record | {"found": [reward, bool(terminated), float(info["is_success"])]})
-    if terminated:
-        env.reset()
-json.dump(records, open(sys.argv[2], "w"))
-"""
-JUDGE_DRIVES = """
-    env.get_robot_pos = lambda: np.array(record["pos"])
-    env.get_lidar_ranges = lambda: np.array(record["lidar"])
-    away = complex(*record["goal"]) - complex(*record["pos"])
-    seen = away * np.exp(-1j * record["yaw"])
-    env.mag_vec_dist, env.ang_rob_goal = abs(seen), np.angle(seen)  # as its observation measures them
-    env.goal_pos = np.array(record["goal"])
-    env.current_traj = np.array([record["goal"]] * 8)
-    env.curren_traj_len, env.curren_traj_counter = record["left"], 0
-"""
-RECORD_REACHES = """
-import json, sys
-import gymnasium, numpy as np
-import frobs_core
-
-env = gymnasium.make(sys.argv[1])
-task, robot = env.unwrapped.task, env.unwrapped.robot
-env.action_space.seed(0)
-records = []
-for step in range(200):
-    if step % 5 == 0:
-        env.reset(seed=step)
-    if step % 10 == 0:  # with the goal at the tool
-        options = {"joint_positions": robot.joint_positions[0].copy(), "goal": task._tcp[0].copy()}
-        env.reset(options=options)
-    _, reward, terminated, _, info = env.step(env.action_space.sample())
-    record = {"goal": task.goal[0].tolist(), "tool": task._tcp[0].tolist(), "joints": robot.joint_positions[0].tolist()}
-    records.append(record | {"found": [reward, bool(terminated), float(info["is_success"])]})
-json.dump(records, open(sys.argv[2], "w"))
-"""
-JUDGE_REACHES = """
-    env.goal_subs.unregister()
-    env.goal, env.ee_pos = np.array(record["goal"]), np.array(record["tool"])
-    env.get_joints = lambda: SimpleNamespace(position=record["joints"])
-"""
-JUDGE = """
-import json
-from types import SimpleNamespace
-import numpy as np
-import rospy
-from frobs_rl.common import ros_gazebo
-from {module} import {name}
-
-ros_gazebo.launch_Gazebo(paused=True, gui=False)
-rospy.init_node("judge")
-env = {name}()
-env.reset()
-judged = []
-for record in json.load(open("{records}")):
-{measure}
-    env.info = {{}}
-    reward, done = env._get_reward(), env._check_if_done()
-    judged.append([float(reward), bool(done), env.info.get("is_success", 0.0)])
-print("RESULT", json.dumps(judged))
-env.close()
-"""
-
-
-@pytest.mark.parametrize(
-    ("id", "module", "name"),
-    [
-        ("KobukiMazeEnv-v0", "kobuki_maze", "KobukiMazeEnv"),
-        pytest.param("KobukiDynamicEnv-v2", "kobuki_dynamic_v2", "KobukiDynamicEnv", marks=pytest.mark.exhaustive),
-        pytest.param("KobukiDynamicEnv-v3", "kobuki_dynamic_v3", "KobukiDynamicEnv", marks=pytest.mark.exhaustive),
-        pytest.param("KobukiEmptyEnv-v0", "kobuki_empty", "KobukiEmptyEnv", marks=pytest.mark.exhaustive),
-        ("ABBIRB140VelReacherEnv-v0", "abb_irb140_vel_reacher", "ABBIRB140VelReacherEnv"),
-    ],
-)
-def test_a_migrated_task_pays_and_ends_as_the_original_class(
-    run_original, workspace, sandbox, tmp_path, monkeypatch, id, module, name
-):
-    drives = name.startswith("Kobuki")
-    package, record, judge = (MAZE, RECORD_DRIVES, JUDGE_DRIVES) if drives else (REACHER, RECORD_REACHES, JUDGE_REACHES)
-    monkeypatch.setenv("ROS_PACKAGE_PATH", str(workspace))
-    made = migrate_package(workspace / package, tmp_path / "plugins", id=id)
-    sandbox.install([made.path])
-    records, script = tmp_path / "records.json", tmp_path / "record.py"
-    script.write_text(record)
-    sandbox.run("python", script, f"frobs_core:lab/{id}", records)
-
-    package_name = package.rpartition("/")[2]
-    text = JUDGE.format(module=f"{package_name}.task_env.{module}", name=name, records=records, measure=judge)
-    judged = json.loads(re.search(r"^RESULT (.*)$", run_original(package, "judge.py", "bridge:mujoco", text), re.M)[1])
-    found = [each["found"] for each in json.loads(records.read_text())]
-    assert len(found) == len(judged) == 200
-    np.testing.assert_allclose([reward for reward, *_ in found], [reward for reward, *_ in judged], rtol=0, atol=1e-9)
-    assert [ends for _, *ends in found] == [ends for _, *ends in judged]
-    rewards = {reward for reward, *_ in judged}
-    assert rewards >= ({10.0} if drives else {90.0, 100.0})  # at the goal, also with a joint at a limit
-
-
-def test_the_migrated_maze_has_the_original_walls_boxes_and_way_points(workspace, tmp_path, monkeypatch):
-    monkeypatch.setenv("ROS_PACKAGE_PATH", str(workspace))
-    made = migrate_package(workspace / MAZE, tmp_path)
-    plan = str(next(made.path.rglob("floor_plan.yaml")))
-    task = NavigateLegacy(world="maze", floor_plan=plan)
-
-    walls = [body for name, body in task.scene().bodies.items() if name.startswith("wall")]
-    expected = list(wall_places(workspace / MAZE / WORLD))
-    np.testing.assert_allclose([wall.pose.pos[:2] for wall in walls], [place[:2] for _, place in expected], atol=1e-3)
-    links = list(ElementTree.parse(workspace / MAZE / WORLD).getroot().iter("link"))
-    sizes = [list(map(float, link.findtext("collision/geometry/box/size").split()))[:2] for link in links]
-    np.testing.assert_allclose([wall.geometry.size[:2] for wall in walls], sizes, atol=1e-3)
-    turns = [float(link.findtext("pose").split()[5]) for link in links]
-    found = [2.0 * np.arctan2(wall.pose.quat_wxyz[3], wall.pose.quat_wxyz[0]) for wall in walls]
-    np.testing.assert_allclose(np.exp(1j * np.array(found)), np.exp(1j * np.array(turns)), atol=1e-5)
-
-    boxes = [body for name, body in task.scene().bodies.items() if name.startswith("box")]
-    assert [(box.pose.pos[:2], box.geometry.size) for box in boxes] == [
-        ((-2.5, -5.0), (1.0, 1.0, 0.5)),
-        ((-6.5, -5.0), (1.0, 1.0, 0.5)),
-    ]
-    values = read_package(workspace / MAZE).constructed.values
-    assert len(task.plan.routes) == 4
-    for number, route in enumerate(task.plan.routes, start=1):
-        np.testing.assert_array_equal(route, values[f"traj{number}"])

@@ -2,11 +2,11 @@ from __future__ import annotations
 
 import pytest
 
-from frobs_rl_compat.training.parameters import ros_parameter_server
+from frobs_rl_compat.training.parameters import parameter_server
 
 
 def test_without_a_master_there_is_no_parameter_server(lonely: str) -> None:
-    assert ros_parameter_server() is None
+    assert parameter_server() is None
 
 
 @pytest.mark.needs("frobs_algos_sb3")

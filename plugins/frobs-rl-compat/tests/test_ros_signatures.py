@@ -146,7 +146,7 @@ def test_the_tables_of_the_documentation_name_everything_once() -> None:
         module: set(functions) for module, functions in DOCUMENTED.items()
     }
     launch = inspect.signature(importlib.import_module("frobs_rl_compat.ros.ros_gazebo").launch_Gazebo).parameters
-    assert list(backends.TREATMENT) == list(launch)
+    assert list(TABLES["launch"]) == list(launch)
     assert list(TABLES["parameters"]) == list(robot_settings.RobotSettings.names())
 
 

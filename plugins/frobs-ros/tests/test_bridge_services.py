@@ -12,7 +12,10 @@ import pytest
 
 pytestmark = pytest.mark.parametrize(
     "simulator",
-    ["mujoco", *(pytest.param(name, marks=pytest.mark.slow) for name in ("pybullet", "gazebo"))],
+    [
+        "mujoco",
+        *(pytest.param(name, marks=[pytest.mark.slow, pytest.mark.needs(name)]) for name in ("pybullet", "gazebo")),
+    ],
     indirect=True,
     scope="module",
 )

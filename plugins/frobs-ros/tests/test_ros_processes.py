@@ -81,9 +81,11 @@ import signal, sys, time
 from frobs_ros.ros import processes
 signal.signal(signal.SIGINT, signal.default_int_handler)  # which shells take from what runs in the background
 process = processes.start("node", ["sh", "-c", {DAEMON!r}], name="tested", grace=0.4)
-while len(process.pids()) < 3:
+pids = set()
+while len(pids) < 3:
     time.sleep(0.02)
-print(*process.pids(), process.pid, flush=True)
+    pids = process.pids()
+print(*pids, process.pid, flush=True)
 if {end!r} == "exception":
     raise RuntimeError
 if {end!r} == "exit":

@@ -57,7 +57,7 @@ def real_publisher() -> Path:
     return find_node("robot_state_publisher", "robot_state_publisher")
 
 
-def wait_for(what: Callable[[], Any], timeout: float = 20.0) -> None:
+def wait_for(what: Callable[[], Any], timeout: float = 60.0) -> None:
     end = time.monotonic() + timeout
     while not what():
         assert time.monotonic() < end, "it did not come about"

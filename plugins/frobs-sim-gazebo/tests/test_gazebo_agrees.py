@@ -12,6 +12,7 @@ from frobs_core.contracts import CommandMode, Simulation
 from frobs_core.description import Body, Lidar, Placement, Robot, Scene
 from frobs_core.models import Capsule, Cylinder, Pose, RobotModel, Sphere, load_model
 from frobs_core.util.arrays import Floats
+from frobs_core.util.rotations import quat_rotate
 from frobs_devkit.testing.simulator.robots import ROVER, model_of
 from frobs_robots_abb.irb120 import IRB120
 from frobs_sim_gazebo.installation import Installation
@@ -66,8 +67,8 @@ def test_links_stay_where_the_joint_positions_put_them(gazebo: Installation) -> 
     for _ in range(20):
         arm.command(arm.home + rng.uniform(-0.1, 0.1, (1, arm.dof)))
         sim.step(20)
-        pos, turn, _ = bones.place(np.concatenate(arm.base_pose, axis=1), sim.positions)
-        coms = pos[0] + (turn[0] * sim.layout.coms[:, None]).sum(-1)
+        pos, quat, _ = bones.place(np.concatenate(arm.base_pose, axis=1), sim.positions)
+        coms = pos[0] + quat_rotate(quat[0], sim.layout.coms)
         worst = max(worst, float(np.abs(sim.raw[0, :, :3] - coms).max()))
     sim.close()
     assert worst < 1e-4  # [m]

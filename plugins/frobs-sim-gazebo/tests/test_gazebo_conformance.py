@@ -18,7 +18,7 @@ CHECKS = check_simulator("gazebo")
 
 test_simulator = pytest.mark.usefixtures("gazebo")(pytest_checks(check for check in CHECKS if check.name in QUICK))
 test_simulator_in_full = pytest.mark.usefixtures("gazebo")(
-    pytest.mark.slow(pytest.mark.exhaustive(pytest_checks(check for check in CHECKS if check.name not in QUICK)))
+    pytest.mark.slow(pytest_checks(check for check in CHECKS if check.name not in QUICK))
 )
 
 

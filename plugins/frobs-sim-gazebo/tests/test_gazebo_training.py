@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
@@ -81,7 +82,8 @@ class Training:
         """Do what the kernel does where memory is short."""
         self.servers |= servers
         for pid in servers:
-            os.kill(pid, signal.SIGKILL)
+            with suppress(ProcessLookupError):  # it ended by itself since it was listed
+                os.kill(pid, signal.SIGKILL)
 
     @property
     def log(self) -> str:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Iterator
 from typing import Any
 
 import gymnasium
@@ -41,11 +40,7 @@ def understand_reset(answer: Any) -> tuple[Any, dict[str, Any]]:
 
 
 def understand_step(env: Any, answer: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-    """Convert the return value of ``step`` in the old gym API or the Gymnasium API to Gymnasium's five values.
-
-    Raises:
-        ConfigurationError: ``step`` returned neither four nor five values.
-    """
+    """Convert the return value of ``step`` in the old gym API or the Gymnasium API to Gymnasium's five values."""
     if isinstance(answer, tuple) and len(answer) == 5:
         return answer
     if not isinstance(answer, tuple) or len(answer) != 4:
@@ -89,7 +84,7 @@ class FiveValues(gymnasium.Wrapper[Any, Any, Any, Any]):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode. The seed is ignored if the environment does not support seeding."""
         given: dict[str, Any] = {"seed": seed, "options": options}
-        keywords = {key: value for key, value in given.items() if value is not None and self._takes(key)}
+        keywords = {key: value for key, value in given.items() if value is not None and _takes(self.env, key)}
         if seed is not None and "seed" not in keywords and callable(getattr(self.env, "seed", None)):
             self.env.seed(seed)  # type: ignore[attr-defined]
         return understand_reset(self.env.reset(**keywords))
@@ -100,10 +95,6 @@ class FiveValues(gymnasium.Wrapper[Any, Any, Any, Any]):
 
     def __getattr__(self, name: str) -> Any:
         return forwarded(self, name)
-
-    def _takes(self, keyword: str) -> bool:
-        """Return whether ``reset`` accepts a keyword, both in the environment and in all environments that it wraps."""
-        return all(_accepts(env.reset, keyword) for env in _chain(self.env))
 
 
 class KeepsApi:
@@ -132,11 +123,7 @@ class KeepsApi:
 
 
 def forwarded(wrapper: Any, name: str) -> Any:
-    """Return a public attribute of the wrapped environment, as old gym's wrappers did.
-
-    Raises:
-        AttributeError: The attribute is private or does not exist.
-    """
+    """Return a public attribute of the wrapped environment, as old gym's wrappers did."""
     if name.startswith("_") or name == "env":
         raise AttributeError(f"'{type(wrapper).__name__}' object has no attribute '{name}'")
     return wrapper.env.get_wrapper_attr(name)
@@ -148,14 +135,8 @@ def _is_of_real_gym(part: Any) -> bool:
     return "gym" in modules and not isinstance(part, gymnasium.Env | gymnasium.Space)
 
 
-def _chain(env: Any) -> Iterator[Any]:
-    while True:
-        yield env
-        if not isinstance(env, gymnasium.Wrapper):
-            return
-        env = env.env
-
-
-def _accepts(function: Any, keyword: str) -> bool:
-    parameters = inspect.signature(function).parameters.values()
-    return any(p.name == keyword or p.kind is inspect.Parameter.VAR_KEYWORD for p in parameters)
+def _takes(env: Any, keyword: str) -> bool:
+    """Return whether ``reset`` accepts a keyword, both in an environment and in all environments that it wraps."""
+    parameters = inspect.signature(env.reset).parameters.values()
+    accepted = any(p.name == keyword or p.kind is p.VAR_KEYWORD for p in parameters)
+    return accepted and (not isinstance(env, gymnasium.Wrapper) or _takes(env.env, keyword))

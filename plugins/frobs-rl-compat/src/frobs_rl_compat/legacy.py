@@ -32,10 +32,6 @@ def legacy_variables() -> dict[str, str]:
     FRobs's ``gym`` and ``frobs_rl`` take precedence over packages of the same names in a catkin workspace. ROS modules
     and messages are added only if this Python interpreter cannot import them, and replacements for MoveIt and other ROS
     packages are added only if the originals are not installed.
-
-    Raises:
-        RosNotFoundError: ROS is not installed, or is installed for a different Python version. The error message lists
-            the required Debian packages.
     """
     use_ros()
     installation = find_ros()

@@ -28,31 +28,23 @@ class GazeboBody(BodyHandle):
         self._simulation, self._body = simulation, body
         self._span = simulation.layout.bodies.get(("body", name))  # None if the body is static or kinematic
 
+    def _state(self) -> tuple[Floats, Floats]:
+        """Return the pose, (num_envs, 7), and the twist, (num_envs, 6), of the body's origin."""
+        if self._span is None:
+            return self._simulation.stands[self.name], np.zeros((self._simulation.num_envs, 6))
+        return self._simulation.origin_state(self._span.start)
+
     @property
     def pose(self) -> tuple[Floats, Floats]:
-        """Pose in the world frame: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
-        if self._span is None:
-            poses = self._simulation.stands[self.name]
-            return read_only(poses[:, :3]), read_only(poses[:, 3:])
-        raw = self._simulation.raw[:, self._span.start]
-        return read_only(raw[:, :3] - self._arm(raw[:, 3:7])), read_only(raw[:, 3:7])
+        pose, _ = self._state()
+        return read_only(pose[:, :3]), read_only(pose[:, 3:])
 
     @property
     def twist(self) -> tuple[Floats, Floats]:
-        """Velocity: lin_vel_world (num_envs, 3) [m/s] of the body's origin and ang_vel_world (num_envs, 3) [rad/s]."""
-        if self._span is None:
-            zeros = np.zeros((self._simulation.num_envs, 3))
-            return read_only(zeros), read_only(zeros)
-        raw = self._simulation.raw[:, self._span.start]
-        return read_only(raw[:, 7:10] - np.cross(raw[:, 10:], self._arm(raw[:, 3:7]))), read_only(raw[:, 10:])
-
-    def _arm(self, quat_wxyz: Floats) -> Floats:
-        """Return the vector from the body's origin to the body's center of mass in the world frame, (n, 3) [m]."""
-        assert self._body.inertial is not None
-        return quat_rotate(quat_wxyz, np.array(self._body.inertial.origin.pos))
+        _, twist = self._state()
+        return read_only(twist[:, :3]), read_only(twist[:, 3:])
 
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
-        """Teleport the body."""
         if self._span is None and not self._body.kinematic:
             raise SimulationError(
                 f"body '{self.name}' is static, so its pose cannot be set; make it kinematic or set a mass."
@@ -64,13 +56,12 @@ class GazeboBody(BodyHandle):
         self._put(envs, pose, np.zeros(6))
 
     def write_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
-        """Set the velocity of a free body."""
         if self._span is None:
             raise SimulationError(f"body '{self.name}' is not free, so its velocity cannot be set; set a mass.")
         envs = self._simulation.envs(mask)
         twist = np.empty((len(envs), 6))
         twist[:, :3], twist[:, 3:] = lin_vel_world, ang_vel_world
-        self._put(envs, np.concatenate(self.pose, axis=1)[envs], twist)
+        self._put(envs, self._state()[0][envs], twist)
 
     def put_home(self, envs: Sequence[int]) -> None:
         """Set a free body to its initial pose and velocity in the scene."""
@@ -84,7 +75,7 @@ class GazeboBody(BodyHandle):
             return
         raw = np.empty((len(envs), 1, 13))
         raw[:, 0, :7], raw[:, 0, 7:] = pose, twist
-        arm = self._arm(pose[:, 3:])
+        arm = quat_rotate(pose[:, 3:], self._simulation.layout.coms[self._span.start])
         raw[:, 0, :3] += arm
         raw[:, 0, 7:10] += np.cross(raw[:, 0, 10:], arm)
         self._simulation.write(self._span, raw, envs, _NO_JOINTS, np.zeros((len(envs), 0)))

@@ -10,7 +10,6 @@ import subprocess
 from pathlib import Path
 
 from frobs_core.util.errors import SimulationError
-from frobs_core.util.files import write_aside
 from frobs_sim_gazebo.installation import Installation
 
 _SOURCES = Path(__file__).with_name("world_plugin")
@@ -43,17 +42,6 @@ def built_plugin(installation: Installation) -> Path:
     except OSError as error:
         raise SimulationError(f"the world plugin for Gazebo cannot be built in {folder.parent}: {error}") from error
     return folder
-
-
-def stored_world(installation: Installation, text: bytes) -> Path:
-    """Store the text of a world file in a folder that servers can read, and return the file's path."""
-    path = installation.store / f"frobs-{hashlib.sha256(text).hexdigest()[:16]}.world"
-    if not path.exists():
-        try:
-            write_aside(path, lambda aside: aside.write_bytes(text), durable=False)
-        except OSError as error:
-            raise SimulationError(f"the world file cannot be written to {path}: {error}") from error
-    return path
 
 
 def _build(installation: Installation, files: list[Path], folder: Path) -> None:

@@ -6,13 +6,13 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
 from frobs_core.util.errors import SimulationError
-from frobs_core.util.files import cache_folder
+from frobs_core.util.files import cache_folder, write_aside
 
 ROOT_VARIABLE, NETWORK_VARIABLE = "FROBS_GAZEBO_ROOT", "FROBS_GAZEBO_NETWORK"
 
@@ -61,6 +61,24 @@ class Installation:
     def inside(self, path: Path) -> str:
         """Convert a path under :attr:`store` to the path that Gazebo's programs use."""
         return str(path) if self.root is None else f"/{path.relative_to(self.root)}"
+
+    def add_file(self, name: str, write: Callable[[Path], object]) -> str:
+        """Add a file to :attr:`store` unless it exists, and return the path that Gazebo's programs use.
+
+        Args:
+            name: Path of the file in the folder.
+            write: Function that writes the file to a given path.
+
+        Raises:
+            SimulationError: The file cannot be written.
+        """
+        path = self.store / name
+        if not path.exists():
+            try:
+                write_aside(path, write, durable=False)
+            except OSError as error:
+                raise SimulationError(f"the file {path} for Gazebo cannot be written: {error}") from error
+        return self.inside(path)
 
     def command(self, *command: str) -> list[str]:
         """Return the command line that runs a Gazebo program in isolation. See :mod:`frobs_sim_gazebo.launch`."""

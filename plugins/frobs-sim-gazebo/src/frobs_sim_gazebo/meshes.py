@@ -9,8 +9,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from frobs_core.models import Mesh
-from frobs_core.util.errors import ModelFileError, SimulationError
-from frobs_core.util.files import write_aside
+from frobs_core.util.errors import ModelFileError
 from frobs_models import MeshPart, convex_parts, write_stl
 from frobs_sim_gazebo.installation import Installation
 
@@ -43,18 +42,12 @@ class MeshFiles:
         if self._installation is None:
             return ""
         key = hashlib.sha256(part.vertices.tobytes() + part.faces.tobytes()).hexdigest()[:32]
-        path = self._installation.store / "meshes" / f"{key}.stl"
 
         def write(aside: Path) -> None:
             write_stl(part, aside)
             aside.chmod(0o644)  # regardless of the umask
 
-        if not path.exists():
-            try:
-                write_aside(path, write, durable=False)
-            except OSError as error:
-                raise SimulationError(f"a mesh cannot be written for Gazebo: {error}") from error
-        return f"file://{self._installation.inside(path)}"
+        return f"file://{self._installation.add_file(f'meshes/{key}.stl', write)}"
 
 
 def _hull(mesh: Mesh, piece: MeshPart) -> MeshPart:

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frobs_core.contracts import Snapshot
 from frobs_core.models import inertia_matrix
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.rotations import matrix_from_quat
@@ -31,7 +30,6 @@ class GazeboParameters(WrittenParameters):
         return bool(self._simulation.layout.shapes[target])
 
     def write(self, name: str, target: str, values: Floats, mask: Mask | None) -> None:
-        """Change a parameter in the environments selected by ``mask``."""
         super().write(name, target, values, mask)
         if name == "joint_damping":
             self._simulation.stale_gains[self._simulation.envs(mask)] = True
@@ -73,20 +71,6 @@ class GazeboParameters(WrittenParameters):
             weight, inertia = masses.mass, masses.inertia
         upper = inertia[np.triu_indices(3)]  # ixx, ixy, ixz, iyy, iyz, izz
         return [(Op.MASS, protocol.count(number) + protocol.numbers([weight, *upper]))]
-
-    def snapshot(self) -> Snapshot:
-        """Return the written parameters, the drive gains and the joint damping."""
-        damping = {
-            f"joint_damping/{name}": robot.joint_damping.copy() for name, robot in self._simulation.robots.items()
-        }
-        return {**super().snapshot(), **damping}
-
-    def restore(self, state: Snapshot) -> None:
-        """Restore a snapshot."""
-        super().restore(state)
-        for name, robot in self._simulation.robots.items():
-            robot.joint_damping[:] = state[f"joint_damping/{name}"]
-        self._simulation.stale_gains[:] = True
 
 
 def centre(simulation: GazeboSimulation, target: str) -> tuple[int | None, Floats]:

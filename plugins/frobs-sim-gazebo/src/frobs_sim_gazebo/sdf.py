@@ -11,7 +11,7 @@ from frobs_core.description import Body, Placement
 from frobs_core.models import Inertial, JointType, compose, inertia_matrix, pose_array
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ModelFileError
-from frobs_core.util.rotations import matrix_from_quat, quat_from_matrix
+from frobs_core.util.rotations import rpy_from_quat
 from frobs_sim_gazebo.meshes import MeshFiles
 from frobs_sim_gazebo.shapes import elements, numbers
 from frobs_sim_gazebo.skeleton import Mass, Skeleton
@@ -60,13 +60,12 @@ def body_sdf(name: str, body: Body, meshes: MeshFiles) -> tuple[str, list[str]]:
         _collision(str(i), xml, place, body.friction, body.torsional_friction) for i, (xml, place) in enumerate(parts)
     ]
     static = "<static>1</static>" if body.inertial is None else ""
-    mass = "" if body.inertial is None else _inertial(body_mass(body.inertial))
+    mass = "" if body.inertial is None else _inertial(_mass(body.inertial))
     inner = f'{static}<link name="{LINK}">{mass}{"".join(shapes)}</link>'
     return _model(name, pose_array(body.pose), inner), [str(i) for i in range(len(shapes))]
 
 
-def body_mass(inertial: Inertial) -> Mass:
-    """Return the mass properties of a scene body."""
+def _mass(inertial: Inertial) -> Mass:
     return Mass(inertial.mass, np.array(inertial.origin.pos), inertia_matrix(inertial))
 
 
@@ -99,10 +98,10 @@ def robot_sdf(name: str, placement: Placement, bones: Skeleton, meshes: MeshFile
                 friction = robot.friction.get(link.name, 1.0)
                 collisions[body].append(_collision(own, xml, compose(place, pose_array(pose)), friction))
                 shapes.setdefault(link.name, []).append(own)
-    pos, turn, _ = bones.place(_UNTURNED[None], np.zeros((1, len(bones.joints))))
+    pos, quat, _ = bones.place(_UNTURNED[None], np.zeros((1, len(bones.joints))))
     lines = ["<self_collide>1</self_collide>" if robot.self_collision else ""]
     for body, link_name in enumerate(bones.bodies):
-        place = np.concatenate([pos[0, body], quat_from_matrix(turn[0, body])])
+        place = np.concatenate([pos[0, body], quat[0, body]])
         kinematic = "<kinematic>1</kinematic>" if fixed and body == 0 else ""
         lines.append(
             f'<link name="{links[link_name]}">{_pose(place)}{_inertial(masses[body])}{kinematic}'
@@ -149,14 +148,4 @@ def _inertial(mass: Mass) -> str:
 
 
 def _pose(place: Floats) -> str:
-    return f"<pose>{numbers(place[:3])} {numbers(_rpy(place[3:]))}</pose>"
-
-
-def _rpy(quat_wxyz: Floats) -> Floats:
-    """Convert a quaternion to roll, pitch and yaw about fixed axes, (3,) [rad]."""
-    m = matrix_from_quat(quat_wxyz)
-    flat = np.hypot(m[0, 0], m[1, 0])
-    pitch = np.arctan2(-m[2, 0], flat)
-    if flat < 1e-9:  # in gimbal lock, yaw and roll have the same axis
-        return np.array([np.arctan2(-m[1, 2], m[1, 1]), pitch, 0.0])
-    return np.array([np.arctan2(m[2, 1], m[2, 2]), pitch, np.arctan2(m[1, 0], m[0, 0])])
+    return f"<pose>{numbers(place[:3])} {numbers(rpy_from_quat(place[3:]))}</pose>"

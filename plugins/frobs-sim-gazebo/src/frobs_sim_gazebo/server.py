@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
 import re
 import signal
@@ -16,7 +17,7 @@ from textwrap import indent
 from typing import IO, NoReturn
 
 from frobs_core.util.errors import SimulationError
-from frobs_sim_gazebo.build import built_plugin, stored_world
+from frobs_sim_gazebo.build import built_plugin
 from frobs_sim_gazebo.installation import NETWORK_VARIABLE, Installation, find_gazebo
 from frobs_sim_gazebo.launch import NO_NAMESPACE
 from frobs_sim_gazebo.options import world_text
@@ -53,7 +54,9 @@ class Server:
     def __init__(self, installation: Installation | None = None, world: bytes | None = None) -> None:
         self.installation = installation or find_gazebo()
         folder = self.installation.inside(built_plugin(self.installation))
-        file = self.installation.inside(stored_world(self.installation, world or world_text()))
+        text = world or world_text()
+        world_name = f"frobs-{hashlib.sha256(text).hexdigest()[:16]}.world"
+        file = self.installation.add_file(world_name, lambda aside: aside.write_bytes(text))
         self._timeout = float(os.environ.get(TIMEOUT_VARIABLE) or _ANSWER)
         self._waiting_for: deque[str] = deque()
         self._log: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - the file is open while the server runs

@@ -8,13 +8,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from frobs_core.contracts import AppliedWrenches, ContactState, Simulation, Snapshot, Wrench
+from frobs_core.contracts import AppliedWrenches, CommandMode, ContactState, Simulation, Snapshot, Stateful, Wrench
 from frobs_core.description import Placement, Scene, Translation
 from frobs_core.models import RobotModel, pose_array
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import ConfigurationError, SimulationError, UnknownNameError
+from frobs_core.util.errors import SimulationError, UnknownNameError
+from frobs_core.util.rotations import quat_rotate
 from frobs_models import read_tables, translate
-from frobs_sim_gazebo import protocol, snapshots
+from frobs_sim_gazebo import protocol
 from frobs_sim_gazebo.body import GazeboBody
 from frobs_sim_gazebo.fleet import Fleet, Message
 from frobs_sim_gazebo.installation import find_gazebo
@@ -28,6 +29,8 @@ from frobs_sim_gazebo.server import Server
 
 TABLES = Path(__file__).with_name("translation.yaml")
 """YAML file that describes how each kind of model-file element is translated for Gazebo."""
+
+_MODES = tuple(CommandMode)
 
 FASTEST = 1e6
 """Velocity above which an environment is considered diverged [rad/s or m/s]."""
@@ -93,7 +96,6 @@ class GazeboSimulation(Simulation):
         self.stands = {name: np.tile(pose_array(body.pose), (n, 1)) for name, body in scene.bodies.items()}
         self.contacts: ContactState = ContactState(scene, n)
         self.steps, self._diverged = np.zeros(n, np.int64), np.zeros(n, bool)
-        self.command_rows: dict[str, Floats] = {}
         self._applied = AppliedWrenches(n)
         self._queues: list[list[Message]] = [[] for _ in range(n)]
         self.stale_gains = np.ones(n, bool)
@@ -118,7 +120,6 @@ class GazeboSimulation(Simulation):
 
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
-        """Describe how the elements of a robot's model file are translated for Gazebo."""
         return translate(model, read_tables(TABLES)[model.format])
 
     @property
@@ -128,7 +129,6 @@ class GazeboSimulation(Simulation):
 
     @property
     def time(self) -> Floats:
-        """Simulated time since the reset, (num_envs,) [s]."""
         return np.asarray(self.steps * self.physics_timestep, np.float64)
 
     @property
@@ -167,7 +167,6 @@ class GazeboSimulation(Simulation):
         for robot in self.robots.values():
             robot.put_home(envs)
         self._part([env for env in envs if not self._parted[env]])
-        self.command_rows.clear()
         for robot in self.robots.values():
             robot.hold(envs)
 
@@ -180,22 +179,13 @@ class GazeboSimulation(Simulation):
         self._parted[list(envs)] = True
 
     def step(self, decimation: int) -> None:
-        """Advance every environment by ``decimation`` physics steps."""
         if self._closed:
             raise SimulationError("the simulation is closed.")
         self._push()
-        rows = 1
-        for values in self.command_rows.values():
-            rows = values.shape[1]
-            if rows != decimation:
-                raise ConfigurationError(
-                    f"a command has {rows} rows, but the step has {decimation} physics steps; pass one row per "
-                    "physics step."
-                )
         envs = np.flatnonzero(~self._diverged).tolist()
-        commands = np.zeros((self.num_envs, rows, self.layout.joint_count))
-        for name, robot in self.robots.items():
-            robot.fill(commands[:, :, self.layout.joints[name]], self.command_rows.get(name))
+        commands = np.zeros((self.num_envs, decimation, self.layout.joint_count))
+        for robot in self.robots.values():
+            commands[:, :, robot.columns] = robot.take_targets(decimation)
         messages = {}
         for env in envs:
             if self.stale_gains[env]:
@@ -206,12 +196,11 @@ class GazeboSimulation(Simulation):
         for env, answer in self.exchange(messages, decimation).items():
             if self._take(env, answer, stepped=True):
                 self.steps[env] += decimation
-        self.command_rows.clear()
 
     def _gains(self, env: int) -> bytes:
         gains = np.zeros((self.layout.joint_count, 5))
-        for name, robot in self.robots.items():
-            robot.fill_gains(env, gains[self.layout.joints[name]])
+        for robot in self.robots.values():
+            gains[robot.columns] = robot.drive_parameters(env)
         return protocol.numbers(gains)
 
     def _take(self, env: int, answer: bytes, *, stepped: bool = False) -> bool:
@@ -251,10 +240,11 @@ class GazeboSimulation(Simulation):
         """Return whether an environment has not diverged."""
         return not self._diverged[env]
 
-    def set_diverged(self, which: Mask) -> None:
-        """Set which environments have diverged, and mark the state as changed."""
-        self._diverged[:] = which
-        self.version += 1
+    def origin_state(self, body: int) -> tuple[Floats, Floats]:
+        """Return the pose, (num_envs, 7), and the twist, (num_envs, 6), of a moving body's origin in the world frame."""
+        pos, quat, linear, angular = np.split(self.raw[:, body], (3, 7, 10), axis=1)
+        arm = quat_rotate(quat, self.layout.coms[body])
+        return np.concatenate([pos - arm, quat], 1), np.concatenate([linear - np.cross(angular, arm), angular], 1)
 
     def later(self, env: int, op: Op, body: bytes) -> None:
         """Queue a message that is sent before the next step, state change or ray cast. The answer is discarded."""
@@ -298,7 +288,6 @@ class GazeboSimulation(Simulation):
         self.version += 1
 
     def rays(self, origins: Floats, directions: Floats, max_range: float, exclude: str = "") -> Floats:
-        """Cast rays against all colliding shapes, except those of the robot ``exclude``."""
         if exclude and exclude not in self.robots:
             raise UnknownNameError("robot of the simulation", exclude, self.robots)
         count = origins.shape[1]
@@ -315,7 +304,6 @@ class GazeboSimulation(Simulation):
         return distances
 
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
-        """Apply a force and a torque at a body's center of mass during the next ``step``."""
         self.parameters.check_body(body)
         self._applied.add(body, force_world, torque_world, mask)
 
@@ -330,23 +318,40 @@ class GazeboSimulation(Simulation):
         self._applied.clear()
 
     def parameter(self, name: str, target: str = "") -> Floats:
-        """Return a physical parameter's value in each environment."""
         return self.parameters.read(name, target)
 
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
-        """Change a physical parameter."""
         self.parameters.write(name, target, values, mask)
+
+    def stored_arrays(self) -> Snapshot:
+        state = {name: getattr(self, name) for name in ("positions", "velocities", "efforts", "raw", "steps")}
+        return {**state, "diverged": self._diverged, **{f"stands/{name}": poses for name, poses in self.stands.items()}}
+
+    def stored_parts(self) -> Mapping[str, Stateful]:
+        return {"contacts": self.contacts, **{f"robots/{name}": robot for name, robot in self.robots.items()}}
 
     def snapshot(self) -> Snapshot:
         """Return poses, velocities, drive targets, and the written parameters."""
-        return {**snapshots.take(self), **self._applied.snapshot(), **self.parameters.snapshot()}
+        modes = {
+            f"modes/{name}": np.tile([_MODES.index(mode) for mode in robot.command_modes], (self.num_envs, 1))
+            for name, robot in self.robots.items()
+        }
+        return {**super().snapshot(), **modes, **self._applied.snapshot(), **self.parameters.snapshot()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
         self.reset(self._diverged | np.array([server is None for server in self.native], bool))
         self.parameters.restore(snapshot)
         self._applied.restore(snapshot)
-        snapshots.put_back(self, snapshot)
+        envs = range(self.num_envs)
+        for name, robot in self.robots.items():
+            robot.set_command_mode([_MODES[int(number)] for number in snapshot[f"modes/{name}"][0]])
+        for name in self.layout.placed:
+            self.place(name, snapshot[f"stands/{name}"], envs)
+        bodies, joints = slice(0, self.layout.body_count), slice(0, self.layout.joint_count)
+        self.write(bodies, snapshot["raw"], envs, joints, snapshot["positions"])
+        super().restore(snapshot)
+        self.stale_gains[:] = True
+        self.version += 1
 
     def close(self) -> None:
         """Stop the servers. Repeated calls have no effect."""

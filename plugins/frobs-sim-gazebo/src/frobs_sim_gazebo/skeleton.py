@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from frobs_core.models import (
     Joint,
     JointType,
-    Link,
     Pose,
     RobotModel,
     compose,
     inertia_matrix,
+    moved,
     parallel_axis,
     pose_array,
+    pose_from_array,
 )
 from frobs_core.util.arrays import Floats
-from frobs_core.util.rotations import matrix_from_quat, quat_from_matrix
+from frobs_core.util.rotations import matrix_from_quat, quat_rotate
 from frobs_models import joints_below
 
 
@@ -49,7 +50,8 @@ class Skeleton:
         bodies: Name of each body's first link. The base is the first body, and parents precede their children.
         frames: For each link, the index of the body that includes the link, and the link's pose in this body's frame,
             (7,).
-        joints: The moving joints, including mimic joints. Joint i moves body i + 1.
+        joints: The moving joints, including mimic joints, with origins in the parent bodies' frames. Joint i moves body
+            i + 1.
         parents: Index of each joint's parent body.
         actuated: Index in ``joints`` of each actuated joint, in the file's order.
         leaders: Index of each mimic joint's leader, or the joint's own index for any other joint.
@@ -66,7 +68,7 @@ class Skeleton:
         children = joints_below(model)
         self.bodies, self.joints, self.parents = [model.root], list[Joint](), list[int]()
         self.frames: dict[str, tuple[int, Floats]] = {model.root: (0, pose_array(Pose()))}
-        origins, queue = [], [model.root]
+        queue = [model.root]
         while queue:
             name = queue.pop(0)
             body, at = self.frames[name]
@@ -75,9 +77,8 @@ class Skeleton:
                 if joint.type is JointType.FIXED:
                     self.frames[joint.child] = body, origin
                 else:
-                    self.joints.append(joint)
+                    self.joints.append(replace(joint, origin=pose_from_array(origin)))
                     self.parents.append(body)
-                    origins.append(origin)
                     self.frames[joint.child] = len(self.bodies), pose_array(Pose())
                     self.bodies.append(joint.child)
                 queue.append(joint.child)
@@ -89,18 +90,10 @@ class Skeleton:
         self.offsets = np.array([joint.mimic.offset if joint.mimic else 0.0 for joint in self.joints])
         self._slides = np.array([joint.type is JointType.PRISMATIC for joint in self.joints], bool)
         self.axes = np.array([joint.axis for joint in self.joints]).reshape(count, 3)
-        self._origins = np.array([origin[:3] for origin in origins]).reshape(count, 3)
-        self._turns = matrix_from_quat(np.array([origin[3:] for origin in origins]).reshape(count, 4))
-        x, y, z = self.axes.T
-        zero = np.zeros(count)
-        self._cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], -1).reshape(count, 3, 3)
-        self._cross_squared = np.matmul(self._cross, self._cross)
 
     def all_positions(self, actuated: Floats) -> Floats:
         """Return the positions of all joints, (n, joints), for given positions of the actuated joints, (n, dof)."""
-        full = np.zeros((len(actuated), len(self.joints)))
-        full[:, self.actuated] = actuated
-        positions: Floats = full[:, self.leaders] * self.multipliers + self.offsets
+        positions: Floats = self.all_velocities(actuated) + self.offsets
         return positions
 
     def all_velocities(self, actuated: Floats) -> Floats:
@@ -118,24 +111,15 @@ class Skeleton:
             positions: Joint positions, (n, joints) [rad or m].
 
         Returns:
-            Positions (n, bodies, 3) [m], rotation matrices (n, bodies, 3, 3), and joint axes (n, joints, 3), in the
-            world frame.
+            Positions (n, bodies, 3) [m], quat_wxyz (n, bodies, 4), and joint axes (n, joints, 3), in the world frame.
         """
-        n, count = positions.shape
-        angles = np.where(self._slides, 0.0, positions)[..., None, None]
-        # Rodrigues' formula: 1 + sin·[axis]× + (1 − cos)·[axis]×²
-        own = np.eye(3) + np.sin(angles) * self._cross + (1.0 - np.cos(angles)) * self._cross_squared
-        relative = np.matmul(self._turns, own)  # (n, joints, 3, 3)
-        pos, turn = np.empty((n, count + 1, 3)), np.empty((n, count + 1, 3, 3))
-        pos[:, 0], turn[:, 0] = base[:, :3], matrix_from_quat(base[:, 3:])
-        axes = np.empty((n, count, 3))
-        for j, parent in enumerate(self.parents):
-            turn[:, j + 1] = np.matmul(turn[:, parent], relative[:, j])
-            axes[:, j] = (turn[:, j + 1] * self.axes[j]).sum(-1)
-            pos[:, j + 1] = pos[:, parent] + (turn[:, parent] * self._origins[j]).sum(-1)
-            if self._slides[j]:
-                pos[:, j + 1] += axes[:, j] * positions[:, j, None]
-        return pos, turn, axes
+        pos, quat = [base[:, :3]], [base[:, 3:]]
+        for joint, parent, position in zip(self.joints, self.parents, positions.T, strict=True):
+            child_pos, child_quat = moved(joint, pos[parent], quat[parent], position[:, None])
+            pos.append(child_pos)
+            quat.append(child_quat)
+        quats = np.stack(quat, axis=1)
+        return np.stack(pos, axis=1), quats, quat_rotate(quats[:, 1:], self.axes)
 
     def move(self, pos: Floats, axes: Floats, base_twist: Floats, velocities: Floats) -> tuple[Floats, Floats]:
         """Return the linear and angular velocities of all bodies.
@@ -162,15 +146,14 @@ class Skeleton:
                 ang[:, j + 1] += moved
         return lin, ang
 
-    def on_body(self, link: str, pos: Floats, turn: Floats) -> tuple[int, Floats, Floats]:
-        """Return the index of the body that includes a link, and the link's pos (n, 3) and quat_wxyz (n, 4)."""
+    def on_body(self, link: str, pos: Floats, quat: Floats) -> tuple[int, Floats]:
+        """Return the index of the body that includes a link, and the position of the link's origin, (n, 3) [m]."""
         body, offset = self.frames[link]
-        at = pos[:, body] + (turn[:, body] * offset[:3]).sum(-1)
-        return body, at, quat_from_matrix(np.matmul(turn[:, body], matrix_from_quat(offset[3:])))
+        return body, pos[:, body] + quat_rotate(quat[:, body], offset[:3])
 
-    def jacobian(self, link: str, pos: Floats, turn: Floats, axes: Floats) -> Floats:
+    def jacobian(self, link: str, pos: Floats, quat: Floats, axes: Floats) -> Floats:
         """Return the world Jacobian of a link's origin, (n, 6, dof), with linear rows 0–2 and angular rows 3–5."""
-        body, at, _ = self.on_body(link, pos, turn)
+        body, at = self.on_body(link, pos, quat)
         jacobian = np.zeros((len(pos), 6, len(self.joints)))
         while body > 0:
             j = body - 1
@@ -190,12 +173,17 @@ class Skeleton:
             changed: Changed link masses [kg], by link name. The inertias of these links are scaled by the same ratios
                 as the masses.
         """
-        parts: list[list[tuple[Link, int, Floats]]] = [[] for _ in self.bodies]
+        parts: list[list[Mass]] = [[] for _ in self.bodies]
         for link in self.model.links:
-            body, offset = self.frames[link.name]
-            if link.inertial is not None:
-                parts[body].append((link, body, offset))
-        return [_joined(links, changed or {}, self._armature(body)) for body, links in enumerate(parts)]
+            inertial = link.inertial
+            if inertial is not None:
+                body, offset = self.frames[link.name]
+                mass = (changed or {}).get(link.name, inertial.mass)
+                rotation = matrix_from_quat(offset[3:])
+                com = offset[:3] + (rotation * np.array(inertial.origin.pos)).sum(-1)
+                inertia = rotation @ inertia_matrix(inertial) @ rotation.T * (mass / inertial.mass)
+                parts[body].append(Mass(mass, com, inertia))
+        return [_joined(own, self._armature(body)) for body, own in enumerate(parts)]
 
     def _armature(self, body: int) -> Floats:
         """Return the armature of the revolute joint that moves a body, as an inertia of this body, (3, 3) [kg·m²]."""
@@ -205,19 +193,10 @@ class Skeleton:
         return self._armatures[self.joints[body - 1].name] * np.outer(axis, axis)
 
 
-def _joined(links: list[tuple[Link, int, Floats]], changed: Mapping[str, float], armature: Floats) -> Mass:
-    parts = []
-    for link, _, offset in links:
-        inertial = link.inertial
-        assert inertial is not None
-        mass = changed.get(link.name, inertial.mass)
-        rotation = matrix_from_quat(offset[3:])
-        com = offset[:3] + (rotation * np.array(inertial.origin.pos)).sum(-1)
-        inertia = rotation @ inertia_matrix(inertial) @ rotation.T * (mass / inertial.mass)
-        parts.append((mass, com, inertia))
-    total = sum(mass for mass, _, _ in parts)
+def _joined(parts: list[Mass], armature: Floats) -> Mass:
+    total = sum(part.mass for part in parts)
     if total <= 0.0:
         return Mass(0.0, np.zeros(3), np.zeros((3, 3)))
-    com = np.sum([mass * at for mass, at, _ in parts], axis=0) / total
-    inertia = armature + np.sum([own + parallel_axis(mass, at - com) for mass, at, own in parts], axis=0)
-    return Mass(total, com, inertia)
+    com = np.sum([part.mass * part.com for part in parts], axis=0) / total
+    inertias = [part.inertia + parallel_axis(part.mass, part.com - com) for part in parts]
+    return Mass(total, com, armature + np.sum(inertias, axis=0))

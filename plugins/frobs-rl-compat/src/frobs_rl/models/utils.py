@@ -8,6 +8,7 @@ import numpy as np
 from stable_baselines3.common import env_checker
 from stable_baselines3.common.noise import NormalActionNoise
 
+from frobs_algos_sb3.networks import NetworkConfig
 from frobs_rl_compat.gym_api import to_gymnasium
 from frobs_rl_compat.training import PolicyParams
 
@@ -44,7 +45,9 @@ test_env.__test__ = False  # type: ignore[attr-defined] # prevents pytest from c
 def get_policy_kwargs(ns: str = "/") -> dict[str, Any] | None:
     """Return ``policy_kwargs`` from the parameters in a namespace, or None if they select the default policy."""
     params = _params(ns)
-    return PolicyParams(**params["policy_params"]).to_kwargs() if params["use_custom_policy"] else None
+    if not params["use_custom_policy"]:
+        return None
+    return NetworkConfig(**PolicyParams(**params["policy_params"]).network_settings()).to_kwargs()
 
 
 def get_action_noise(action_space_shape: int, ns: str = "/") -> NormalActionNoise | None:

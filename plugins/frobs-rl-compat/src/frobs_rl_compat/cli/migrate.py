@@ -1,4 +1,4 @@
-"""The command ``frobs migrate``, which converts a FRobs_RL package or YAML file."""
+"""The command ``frobs migrate``, which writes a plugin's skeleton for a FRobs_RL package, or converts a YAML file."""
 
 from __future__ import annotations
 
@@ -44,15 +44,13 @@ def migrate(
     package_path: PackagePath = None,
     json: Json = False,
 ) -> None:
-    """Convert a FRobs_RL package to a plugin, or one of its YAML files to a run configuration.
+    """Write the skeleton of a plugin for a FRobs_RL package, or convert one of its YAML files to a run configuration.
 
-    The package's code is parsed but never imported. The plugin uses the package's own robot, and can be installed and
-    used for training without edits. If the package's task is one of FRobs_RL's example tasks, possibly with modified
-    constants, the plugin reproduces the task's observations, rewards, success condition, walls and waypoints. For any
-    other package, the plugin contains a skeleton task whose ID ends in Skeleton-v0. TODO comments in the skeleton mark
-    where to port the old methods, and original.py contains the spaces and the constants of the old environment.
-    MIGRATION.md lists which parts were migrated, which parts behave differently, and which parts were not migrated.
-    Existing files are never overwritten.
+    The package's code is parsed but never imported. The plugin uses the package's own robot and converted training
+    files, and can be installed and used for training without edits. Its task is a placeholder, whose ID ends in
+    Skeleton-v0. TODO comments in the skeleton mark where to port the old methods. MIGRATION.md lists which parts were
+    migrated and which were not, and names the FRobs ID that reproduces the package's task if the task has the name of a
+    FRobs_RL example. Existing files are never overwritten.
 
     Example:
         $ frobs migrate ~/catkin_ws/src/my_arm_rl --out plugins

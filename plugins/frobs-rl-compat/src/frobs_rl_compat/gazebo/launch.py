@@ -44,24 +44,6 @@ def launch_Gazebo(  # noqa: N802 # FRobs_RL's name
     ``bridge:pybullet`` or ``bridge:gazebo``. The default is Gazebo if gazebo_ros is installed, and the bridge with
     MuJoCo otherwise. If no ROS master responds, a master is started.
 
-    Args:
-        paused: Whether to start the simulation paused.
-        use_sim_time: Whether nodes use the simulation's clock.
-        gui: Whether to open a window.
-        recording: Whether to record the simulation's state.
-        debug: Whether to run the simulation with crash diagnostics.
-        verbose: Whether to log additional messages.
-        output: Destination of the simulation's output: ``"screen"`` for the output of this process, or ``"log"`` for a
-            file.
-        custom_world_path: Path of a world file.
-        custom_world_pkg: ROS package that contains a world file. Ignored if a path is given.
-        custom_world_name: World file in the package's ``worlds`` folder, or anywhere else in the package.
-        respawn_gazebo: Whether to restart the simulation when it ends.
-        pub_clock_frequency: Rate of the /clock topic [Hz].
-        server_required: Whether to end the whole launch when the server ends.
-        gui_required: Whether to end the whole launch when the window is closed.
-        launch_new_term: Whether to run the simulation in an xterm window.
-
     Returns:
         Whether the simulation responds.
     """
@@ -114,12 +96,7 @@ def close_Gazebo() -> bool:  # noqa: N802 # FRobs_RL's name
 
 
 def find_world(path: str | None, package: str | None, name: str | None) -> Path | None:
-    """Return the path of a world file, or None for an empty world.
-
-    Raises:
-        ConfigurationError: The file does not exist, or only one of ``package`` and ``name`` is given.
-        PackageNotFoundError: The package does not exist, or does not contain the file.
-    """
+    """Return the path of a world file, or None for an empty world."""
     if path:
         file = Path(path).expanduser().absolute()
         if not file.is_file():

@@ -34,11 +34,7 @@ ODE = {
 
 @answers(False)
 def gazebo_set_max_update_rate(max_update_rate: float) -> bool:
-    """Set the maximum speed of the simulation.
-
-    Args:
-        max_update_rate: Maximum real-time factor. 1 is real time, 10 is ten times real time, and 0 is unlimited.
-    """
+    """Set the maximum speed of the simulation."""
     factor = _number("max_update_rate", max_update_rate, 0.0)
     now = _get()
     return _set(now, max_update_rate=factor / now.time_step)
@@ -53,11 +49,7 @@ def gazebo_get_max_update_rate() -> float:
 
 @answers(False)
 def gazebo_set_time_step(new_time_step: float) -> bool:
-    """Set the physics time step, without changing the real-time factor.
-
-    Args:
-        new_time_step: Time step [s].
-    """
+    """Set the physics time step, without changing the real-time factor."""
     step = _number("new_time_step", new_time_step, 0.0, above=True)
     now = _get()
     return _set(now, time_step=step, max_update_rate=now.max_update_rate * now.time_step / step)
@@ -71,13 +63,7 @@ def gazebo_get_time_step() -> float:
 
 @answers(False)
 def gazebo_set_gravity(x: float, y: float, z: float) -> bool:
-    """Set the gravity vector.
-
-    Args:
-        x: Gravity along x [m/s²].
-        y: Gravity along y [m/s²].
-        z: Gravity along z [m/s²], which is −9.81 on Earth.
-    """
+    """Set the gravity vector."""
     return _set(_get(), gravity=_vector(x, y, z))
 
 
@@ -101,18 +87,6 @@ def gazebo_set_ODE_physics(  # noqa: N802 # FRobs_RL's name
     max_contacts: int,
 ) -> bool:
     """Set the parameters of the ODE physics engine.
-
-    Args:
-        auto_disable_bodies: Whether bodies at rest are excluded from the computation.
-        sor_pgs_precon_iters: Number of preconditioning iterations of the contact solver.
-        sor_pgs_iters: Number of iterations of the contact solver.
-        sor_pgs_w: Relaxation parameter of the contact solver.
-        sor_pgs_rms_error_tol: Error below which the contact solver stops early, or 0 to use all iterations.
-        contact_surface_layer: Depth to which bodies may penetrate each other [m].
-        contact_max_correcting_vel: Maximum velocity at which penetrating bodies are separated [m/s].
-        cfm: Constraint force mixing parameter.
-        erp: Error reduction parameter, the fraction of a constraint error corrected at each step, from 0 to 1.
-        max_contacts: Maximum number of contacts between two bodies.
 
     Returns:
         Whether the parameters were set.

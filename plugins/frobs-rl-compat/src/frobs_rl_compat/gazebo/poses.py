@@ -14,9 +14,6 @@ def orientation(x: float, y: float, z: float, w: float) -> tuple[float, float, f
     """Return a unit quaternion with the scalar part last.
 
     Four zeros are FRobs_RL's default and mean no rotation in Gazebo, so they are converted to the identity quaternion.
-
-    Raises:
-        ConfigurationError: The norm of the quaternion is not 1.
     """
     parts = (float(x), float(y), float(z), float(w))
     if not any(parts):
@@ -31,22 +28,14 @@ def orientation(x: float, y: float, z: float, w: float) -> tuple[float, float, f
 
 
 def position(x: float, y: float, z: float) -> tuple[float, float, float]:
-    """Validate a position [m] and return it as floats.
-
-    Raises:
-        ConfigurationError: The position is not finite.
-    """
+    """Validate a position [m] and return it as floats."""
     if not all(map(math.isfinite, (x, y, z))):
         raise ConfigurationError(f"the position ({x}, {y}, {z}) is not finite.")
     return (float(x), float(y), float(z))
 
 
 def pose_message(pos: tuple[float, float, float], quat_xyzw: tuple[float, float, float, float]) -> Any:
-    """Return a ``geometry_msgs/Pose`` with a position [m] and a quaternion with the scalar part last.
-
-    Raises:
-        ConfigurationError: The position or the quaternion is invalid.
-    """
+    """Return a ``geometry_msgs/Pose`` with a position [m] and a quaternion with the scalar part last."""
     from geometry_msgs.msg import Point, Pose, Quaternion
 
     return Pose(Point(*position(*pos)), Quaternion(*orientation(*quat_xyzw)))

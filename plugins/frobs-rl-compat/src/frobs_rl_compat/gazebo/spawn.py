@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from functools import wraps
 from pathlib import Path
 from typing import Any
 
 from frobs_rl_compat.gazebo.poses import pose_message
+from frobs_rl_compat.ros.arguments import with_parameters
 from frobs_rl_compat.ros.logged_errors import answers
 from frobs_rl_compat.ros.ros_urdf import parse_model
 from frobs_ros.errors import MasterError, ServiceError
@@ -51,71 +51,57 @@ _PLACE = list(inspect.signature(_spawn).parameters.values())[2:]
 """Parameters that all spawn functions of FRobs_RL have in common."""
 
 
-def _spawns(service: str) -> Callable[[Callable[..., str]], Callable[..., tuple[bool, str]]]:
-    """Turn a function that returns a model's XML into a function that spawns the model at a given pose."""
-
-    def decorate(read: Callable[..., str]) -> Callable[..., tuple[bool, str]]:
-        source = inspect.signature(read)
-        signature = inspect.Signature([*source.parameters.values(), *_PLACE], return_annotation="tuple[bool, str]")
-
-        @wraps(read)
-        def spawn(*args: Any, **kwargs: Any) -> tuple[bool, str]:
-            place = dict(signature.bind(*args, **kwargs).arguments)
-            model = {name: place.pop(name) for name in source.parameters if name in place}
-            return _spawn(service, read(**model), **place)
-
-        spawn.__signature__ = signature  # type: ignore[attr-defined]
-        return answers(False, pair=True, vital=True)(spawn)
-
-    return decorate
+def _spawns(function: Callable[..., tuple[bool, str]]) -> Callable[..., tuple[bool, str]]:
+    """Decorate a function that spawns a model."""
+    return answers(False, pair=True, vital=True)(with_parameters(function, _PLACE))
 
 
-@_spawns("spawn_urdf_model")
-def gazebo_spawn_urdf_path(model_path: str) -> str:
+@_spawns
+def gazebo_spawn_urdf_path(model_path: str, **place: Any) -> tuple[bool, str]:
     """Spawn a model from a URDF or xacro file."""
-    return parse_model(Path(model_path))
+    return _spawn("spawn_urdf_model", parse_model(Path(model_path)), **place)
 
 
-@_spawns("spawn_urdf_model")
-def gazebo_spawn_urdf_pkg(pkg_name: str, file_name: str, file_folder: str = "/urdf") -> str:
+@_spawns
+def gazebo_spawn_urdf_pkg(pkg_name: str, file_name: str, file_folder: str = "/urdf", **place: Any) -> tuple[bool, str]:
     """Spawn a model from a URDF or xacro file in a ROS package."""
-    return parse_model(find_file(pkg_name, file_folder, file_name))
+    return _spawn("spawn_urdf_model", parse_model(find_file(pkg_name, file_folder, file_name)), **place)
 
 
-@_spawns("spawn_urdf_model")
-def gazebo_spawn_urdf_string(model_string: str) -> str:
+@_spawns
+def gazebo_spawn_urdf_string(model_string: str, **place: Any) -> tuple[bool, str]:
     """Spawn a model from a URDF string."""
-    return model_string
+    return _spawn("spawn_urdf_model", model_string, **place)
 
 
-@_spawns("spawn_urdf_model")
-def gazebo_spawn_urdf_param(param_name: str) -> str:
+@_spawns
+def gazebo_spawn_urdf_param(param_name: str, **place: Any) -> tuple[bool, str]:
     """Spawn a model from a URDF that is stored in a ROS parameter."""
-    return _parameter(param_name)
+    return _spawn("spawn_urdf_model", _parameter(param_name), **place)
 
 
-@_spawns("spawn_sdf_model")
-def gazebo_spawn_sdf_path(model_path: str) -> str:
+@_spawns
+def gazebo_spawn_sdf_path(model_path: str, **place: Any) -> tuple[bool, str]:
     """Spawn a model from an SDF file."""
-    return _read(Path(model_path))
+    return _spawn("spawn_sdf_model", _read(Path(model_path)), **place)
 
 
-@_spawns("spawn_sdf_model")
-def gazebo_spawn_sdf_pkg(pkg_name: str, file_name: str, file_folder: str = "sdf") -> str:
+@_spawns
+def gazebo_spawn_sdf_pkg(pkg_name: str, file_name: str, file_folder: str = "sdf", **place: Any) -> tuple[bool, str]:
     """Spawn a model from an SDF file in a ROS package."""
-    return _read(find_file(pkg_name, file_folder, file_name))
+    return _spawn("spawn_sdf_model", _read(find_file(pkg_name, file_folder, file_name)), **place)
 
 
-@_spawns("spawn_sdf_model")
-def gazebo_spawn_sdf_string(model_string: str) -> str:
+@_spawns
+def gazebo_spawn_sdf_string(model_string: str, **place: Any) -> tuple[bool, str]:
     """Spawn a model from an SDF string."""
-    return model_string
+    return _spawn("spawn_sdf_model", model_string, **place)
 
 
-@_spawns("spawn_sdf_model")
-def gazebo_spawn_sdf_param(param_name: str) -> str:
+@_spawns
+def gazebo_spawn_sdf_param(param_name: str, **place: Any) -> tuple[bool, str]:
     """Spawn a model from an SDF that is stored in a ROS parameter."""
-    return _parameter(param_name)
+    return _spawn("spawn_sdf_model", _parameter(param_name), **place)
 
 
 class RefusedError(ServiceError):

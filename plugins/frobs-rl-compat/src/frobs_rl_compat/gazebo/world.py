@@ -48,9 +48,6 @@ def gazebo_step_physics(steps: int = 1) -> bool:
 
     The bridge has a service that responds after the last step. Gazebo only has the command ``gz world -m``, which
     returns immediately, so this function then waits until the clock has reached the expected time.
-
-    Args:
-        steps: Number of physics steps.
     """
     if isinstance(steps, bool) or int(steps) != steps or steps < 1:
         raise ParameterValueError("steps", steps, "an integer of at least 1")

@@ -6,40 +6,44 @@ import ast
 from collections.abc import Mapping
 from typing import Any
 
-from frobs_rl_compat.migrate.migration import Migration
+from frobs_rl_compat.migrate.migration import COUNTERPARTS, Migration
 from frobs_rl_compat.migrate.package import OldPackage
 from frobs_rl_compat.migrate.robot import RobotSource
-from frobs_rl_compat.migrate.yaml_files import LEGACY_IDS
-
-_CONTROLLERS = (
-    ("JointTrajectoryController", "joint_delta_position, or trajectory if motions must be planned"),
-    ("DiffDrive", "differential_drive"),
-    ("position_controllers/", "joint_position, or joint_delta_position if the actions were increments"),
-    ("velocity_controllers/", "joint_velocity"),
-    ("effort_controllers/JointPosition", "joint_position"),
-    ("effort_controllers/JointVelocity", "joint_velocity"),
-    ("effort_controllers/", "joint_effort"),
-)
-"""Pairs of a substring of a ROS controller type and the equivalent FRobs controller."""
 
 
 def note_the_task(package: OldPackage, robot: RobotSource | None, made: Migration) -> None:
-    """Record which parts of the old task are missing from a skeleton."""
+    """Record which parts of the old task are missing from the skeleton."""
+    names = [*(old.name for old in package.lineage), package.name]
+    id = next((COUNTERPARTS["examples"][name] for name in names if name in COUNTERPARTS["examples"]), None)
+    made.leave(
+        "the task",
+        f"{id} reproduces FRobs_RL's example with the same name; train it, or port your changes as described below"
+        if id
+        else "arbitrary code cannot be translated; port the task as described in the rows below",
+    )
+    spaces, task_files = COUNTERPARTS["spaces"], COUNTERPARTS["task_files"]
+    for old in package.lineage:
+        for node in ast.walk(old.node):
+            if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) in spaces:
+                advice = f"{spaces[ast.unparse(node.targets[0])]} ({old.path.name}, line {node.lineno})"
+                made.leave(ast.unparse(node), advice)
+    pose = {key: value for key, value in package.robot_arguments.items() if key.startswith(("model_pos", "model_ori_x",
+            "model_ori_y", "model_ori_z")) and value}  # fmt: skip
+    if pose:
+        shown = ", ".join(f"{key}={value}" for key, value in pose.items())
+        made.leave("the robot's pose in the world frame", f"in task.py, pass robot_pose=… to Scene with {shown}")
     if robot is not None and robot.wheels is not None:
         made.leave("the maximum speeds", "in robot.py, replace the guessed maximum speeds in differential_drive")
     for path, mapping in package.yaml.numbers.items():
         for root in mapping:
-            if root in LEGACY_IDS:
-                made.leave(
-                    f"the task '{root}' ({path.name})",
-                    f"compare your task with FRobs's task {LEGACY_IDS[root]}, which accepts {path.name}",
-                )
+            if root in task_files:
+                made.leave(f"the task '{root}' ({path.name})", f"{task_files[root]} accepts {path.name} as config_file")
     for path, mapping in package.yaml.controllers.items():
         for name, type in _types(mapping):
-            controller = next((ours for part, ours in _CONTROLLERS if part in type), None)
+            controller = next((ours for part, ours in COUNTERPARTS["controllers"].items() if part in type), None)
             if controller is not None:
                 made.leave(f"controller {name} ({type}, {path.name})", f"plugin.py: controller={controller}")
-    if any("moveit" in name.lower() for old in package.lineage for name in _names(old.tree)):
+    if any("moveit" in ast.unparse(old.tree).lower() for old in package.lineage):
         made.leave(
             "MoveIt",
             'in plugin.py, set controller="trajectory" (from frobs-controllers-planning) to plan and execute motions',
@@ -79,16 +83,6 @@ def _types(mapping: Mapping[str, Any]) -> list[tuple[str, str]]:
             type = value.get("type")
             types += [(name, str(type))] if isinstance(type, str) else _types(value)
     return types
-
-
-def _names(tree: ast.Module) -> list[str]:
-    names = []
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            names += [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            names += [node.module or "", *(alias.name for alias in node.names)]
-    return names
 
 
 def _topics(package: OldPackage) -> list[str]:

@@ -6,6 +6,21 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from frobs_core.util.errors import ConfigurationError
+from frobs_core.util.yaml import load_yaml
+
+COUNTERPARTS = load_yaml(Path(__file__).with_name("counterparts.yaml"))
+"""What corresponds to the parts of a FRobs_RL package in FRobs: controllers, spaces, hooks and examples."""
+
+
+class MigrationError(ConfigurationError):
+    """A file or folder cannot be migrated, for a reason that also states the solution."""
+
+    def __init__(self, path: Path | str, reason: str) -> None:
+        self.path = Path(path)
+        self.reason = reason
+        super().__init__(f"{path}: {reason}")
+
 
 @dataclass
 class Migration:
@@ -14,7 +29,6 @@ class Migration:
     Attributes:
         path: The created folder or file.
         carried: Migrated parts and their new locations.
-        differs: Parts that behave differently, each with a description of the difference.
         left: Parts that were not migrated, each with advice.
         next: Commands for the next steps.
     """
@@ -22,17 +36,12 @@ class Migration:
     name: str
     path: Path
     carried: list[tuple[str, str]] = field(default_factory=list)
-    differs: list[tuple[str, str]] = field(default_factory=list)
     left: list[tuple[str, str]] = field(default_factory=list)
     next: list[str] = field(default_factory=list)
 
     def carry(self, what: str, where: str) -> None:
         """Record a migrated part."""
         self.carried.append((what, where))
-
-    def differ(self, what: str, how: str) -> None:
-        """Record a part that behaves differently."""
-        self.differs.append((what, how))
 
     def leave(self, what: str, advice: str) -> None:
         """Record a part that was not migrated."""
@@ -45,7 +54,6 @@ class Migration:
             "name": self.name,
             "made": str(self.path),
             "carried": [{"what": what, "where": where} for what, where in self.carried],
-            **({"differs": [{"what": what, "how": how} for what, how in self.differs]} if self.differs else {}),
             "left to do": [{"what": what, "advice": advice} for what, advice in self.left],
             "next": self.next,
         }
@@ -54,9 +62,6 @@ class Migration:
         """Return the report as a Markdown page."""
         lines = [f"# {self.name}: what `frobs migrate` did", "", "## Carried over", "", "| what | where |", "|---|---|"]
         lines += [f"| {_cell(what)} | {_cell(where)} |" for what, where in self.carried]
-        if self.differs:
-            lines += ["", "## Different", "", "| what | how |", "|---|---|"]
-            lines += [f"| {_cell(what)} | {_cell(how)} |" for what, how in self.differs]
         lines += ["", "## Left to do", "", "| what | what to do |", "|---|---|"]
         lines += [f"| {_cell(what)} | {_cell(advice)} |" for what, advice in self.left]
         lines += ["", "`TODO` comments in the files mark the places that you have to edit.", ""]

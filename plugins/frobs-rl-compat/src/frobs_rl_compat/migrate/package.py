@@ -4,15 +4,24 @@ from __future__ import annotations
 
 import ast
 import re
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from frobs_core.util.errors import UnknownNameError
-from frobs_rl_compat.migrate.constructor import Constructed, construct
-from frobs_rl_compat.migrate.errors import MigrationError
-from frobs_rl_compat.migrate.python_files import OldClass, PythonFiles, Registration, read_file, read_python_files
+from frobs_rl_compat.migrate.migration import MigrationError
+from frobs_rl_compat.migrate.python_files import (
+    OldClass,
+    PythonFiles,
+    Registration,
+    last_name,
+    read_file,
+    read_python_files,
+)
 from frobs_rl_compat.migrate.yaml_files import YamlFiles, read_yaml_files
+from frobs_rl_compat.ros.robot_settings import RobotSettings
 
 _NAME = re.compile(r"<name>\s*([\w-]+)\s*</name>")
 
@@ -26,6 +35,7 @@ class OldPackage:
         lineage: The environment's class, followed by its base classes from the same package.
         registration: Registration of the environment's ID, or None if the environment is not registered.
         others: IDs of the other tasks that the package registers.
+        robot_arguments: Arguments of ``RobotBasicEnv`` that the constructors state as literals, by name.
         scripts: Files that create the environment, with training scripts first, or all files if no file creates the
             environment.
     """
@@ -35,7 +45,7 @@ class OldPackage:
     lineage: list[OldClass]
     registration: Registration | None
     others: list[str]
-    constructed: Constructed
+    robot_arguments: Mapping[str, Any]
     python: PythonFiles
     yaml: YamlFiles
     scripts: list[Path]
@@ -92,9 +102,6 @@ def read_package(folder: Path, id: str | None = None) -> OldPackage:
     registration = min(candidates, key=lambda each: _rank(each, python), default=None)
     cls = python.registered(registration) if registration else None
     lineage = python.lineage(cls) if cls else max(map(python.lineage, environments), key=len)
-    yaml = read_yaml_files(folder)
-    loaded = _loaded(lineage)
-    yaml.numbers = dict(sorted(yaml.numbers.items(), key=lambda item: item[0].name not in loaded))
     scripts = _scripts(python, registration.id if registration else "")
     others = dict.fromkeys(each.id for each in registered if each is not registration and not _is_base(each, python))
     return OldPackage(
@@ -103,9 +110,9 @@ def read_package(folder: Path, id: str | None = None) -> OldPackage:
         lineage=lineage,
         registration=registration,
         others=list(others),
-        constructed=construct(lineage, yaml.parameter),
+        robot_arguments=_robot_arguments(lineage),
         python=python,
-        yaml=yaml,
+        yaml=read_yaml_files(folder),
         scripts=scripts or list(python.calls),
     )
 
@@ -133,11 +140,22 @@ def _scripts(python: PythonFiles, id: str) -> list[Path]:
     return sorted(makes, key=lambda path: "train" not in python.calls[path])
 
 
-def _loaded(lineage: list[OldClass]) -> list[Any]:
-    """Return the names of the YAML files that the constructors load, whose values override those in other files."""
-    calls = [node for old in lineage for node in ast.walk(old.node) if isinstance(node, ast.Call)
-             and ast.unparse(node.func).endswith("ros_load_yaml_from_pkg")]  # fmt: skip
-    return [argument.value for call in calls for argument in call.args[1:2] if isinstance(argument, ast.Constant)]
+def _robot_arguments(lineage: Sequence[OldClass]) -> dict[str, Any]:
+    """Return the literals that constructors pass to ``RobotBasicEnv`` or assign to variables with an argument's name."""
+    names = RobotSettings.names()
+    arguments: dict[str, Any] = {}
+    for constructor in (old.methods["__init__"] for old in reversed(lineage) if "__init__" in old.methods):
+        for node in ast.walk(constructor):
+            values: list[tuple[str | None, ast.expr]] = []
+            if isinstance(node, ast.Assign):
+                values = [(last_name(target), node.value) for target in node.targets]
+            elif isinstance(node, ast.Call) and last_name(node.func) == "__init__":
+                values = [(keyword.arg, keyword.value) for keyword in node.keywords]
+            for name, value in values:
+                if name in names and isinstance(value, ast.Constant | ast.List | ast.Tuple | ast.UnaryOp):
+                    with suppress(ValueError, TypeError):
+                        arguments[name] = ast.literal_eval(value)
+    return arguments
 
 
 def _package_name(folder: Path) -> str:

@@ -1,9 +1,11 @@
-"""Converts a FRobs_RL package to a FRobs plugin."""
+"""Writes the skeleton of a FRobs plugin for a FRobs_RL package."""
 
 from __future__ import annotations
 
+import math
 import os
 import re
+import shutil
 import tempfile
 from collections.abc import Mapping
 from dataclasses import fields
@@ -13,17 +15,15 @@ from typing import Any
 from frobs_cli.errors import TargetExistsError
 from frobs_core.description import Lidar
 from frobs_core.util.errors import ConfigurationError
+from frobs_core.util.plain import to_json
 from frobs_devkit.scaffold import copy_model, render, resolve
 from frobs_rl_compat.migrate.advice import note_the_task, note_what_is_left
 from frobs_rl_compat.migrate.comments import todo
-from frobs_rl_compat.migrate.example_files import write_example
-from frobs_rl_compat.migrate.examples import find_example
 from frobs_rl_compat.migrate.migration import Migration
-from frobs_rl_compat.migrate.original import write_original
 from frobs_rl_compat.migrate.package import OldPackage, read_package
 from frobs_rl_compat.migrate.robot import RobotSource, find_robot
 from frobs_rl_compat.migrate.task import edit_task
-from frobs_rl_compat.migrate.yaml_files import literal, run_configuration
+from frobs_rl_compat.migrate.yaml_files import run_configuration
 
 STILL = "observation_elements_vary"
 """Name of the check that fails if an arm's tool cannot move along all axes."""
@@ -38,7 +38,7 @@ def migrate_package(
     namespace: str = "lab",
     package_paths: Mapping[str, str | Path] | None = None,
 ) -> Migration:
-    """Convert a FRobs_RL package to a FRobs plugin. If an error occurs, no plugin is created.
+    """Write the skeleton of a plugin for a FRobs_RL package. If an error occurs, no plugin is created.
 
     Args:
         path: Folder of the ROS package, whose code is parsed but never imported.
@@ -57,7 +57,6 @@ def migrate_package(
     """
     package = read_package(path, id)
     robot, problem = find_robot(package, package_paths or {})
-    example, reason = find_example(package, robot)
     made = Migration(package.name, out)
     context = resolve(_answers(package, robot, name, namespace))
     target = out / context["__folder"]
@@ -68,14 +67,10 @@ def migrate_package(
         folder = render(context, Path(aside))
         sources = folder / "src" / context["__package"]
         _edit_robot(package, robot, problem, sources, context["name"], made)
-        new_id = _edit_plugin(package, folder, sources, context, made, is_skeleton=example is None)
-        if example is not None:
-            write_example(example, package, folder, sources, context, made)
-        else:
-            made.leave("the task", reason)
-            edit_task(package, sources / "task.py", made)
-            write_original(package, sources, made)
-            note_the_task(package, robot, made)
+        new_id = _edit_plugin(package, folder, sources, context, made)
+        note_the_task(package, robot, made)
+        edit_task(package, sources / "task.py", made)
+        _copy_numbers(package, sources, made)
         _write_learning(package, folder, new_id, made)
         note_what_is_left(package, made)
         made.path = target
@@ -180,34 +175,33 @@ def _lidars_text(lidars: Mapping[str, Lidar]) -> str:
     for name, lidar in lidars.items():
         values = {each.name: getattr(lidar, each.name) for each in fields(lidar)
                   if getattr(lidar, each.name) != each.default}  # fmt: skip
-        shown = "".join(f"            {key}={literal(value)},\n" for key, value in values.items())
+        shown = "".join(f"            {key}={_literal(value)},\n" for key, value in values.items())
         rows += f'        "{name}": Lidar(\n{shown}        ),\n'
     note = "    # tasks read these sensors with frobs_core.sensing.sensors.Sensors\n"
     return f"{note}    sensors={{\n{rows}    }},\n" if rows else '    # sensors={"scan": Lidar(frame="base_link", …)}\n'
 
 
-def _edit_plugin(
-    package: OldPackage, folder: Path, sources: Path, context: Mapping[str, Any], made: Migration, *, is_skeleton: bool
-) -> str:
+def _literal(value: Any) -> str:
+    if isinstance(value, float) and not math.isfinite(value):
+        return f'float("{value}")'
+    return to_json(value, ascii=False) if isinstance(value, str) else repr(value)
+
+
+def _edit_plugin(package: OldPackage, folder: Path, sources: Path, context: Mapping[str, Any], made: Migration) -> str:
     """Set the environment's ID and time limit, add a comment about the old actions, and return the ID."""
     old_id = package.registration.id if package.registration else context["__id"]
-    old_name = old_id.rpartition("/")[2]
-    stem = re.sub(r"-v[0-9]+$", "", old_name)
-    suffix = "Skeleton-v0" if is_skeleton else old_name.removeprefix(stem) or "-v0"
-    new_id = f"{context['namespace']}/{stem}{suffix}"
+    stem = re.sub(r"-v[0-9]+$", "", old_id.rpartition("/")[2])
+    new_id = f"{context['namespace']}/{stem}Skeleton-v0"
     for path in folder.rglob("*"):
         if path.is_file() and path.suffix in (".py", ".md", ".yaml", ".yml", ".toml"):
             text = path.read_text("utf-8")
             if context["__id"] in text:
                 path.write_text(text.replace(context["__id"], new_id), "utf-8")
-    if is_skeleton:
-        made.leave(
-            f"ID {old_id}",
-            f"{new_id} is a skeleton; after you port the old task's world, rewards and success condition to "
-            "task.py, remove 'Skeleton' from the ID",
-        )
-    else:
-        made.carry(f"ID {old_id}", f"plugin.py: {new_id}")
+    made.leave(
+        f"ID {old_id}",
+        f"{new_id} is a skeleton; after you port the old task's world, rewards and success condition to task.py, "
+        "remove 'Skeleton' from the ID",
+    )
     file = sources / "plugin.py"
     text = file.read_text("utf-8")
     registered = package.registration.max_episode_steps if package.registration else None
@@ -219,7 +213,7 @@ def _edit_plugin(
         )
         made.carry(f"limit on steps ({said})", f"plugin.py: max_episode_steps={min(limits)}")
     old = package.hook("_send_action")
-    if old is not None and is_skeleton:
+    if old is not None:
         advice = (
             f"choose a controller that is equivalent to {old.place('_send_action')}; list all controllers with "
             "'frobs list controllers'."
@@ -229,6 +223,14 @@ def _edit_plugin(
         made.leave(old.place("_send_action"), "choose a controller in plugin.py")
     file.write_text(text, "utf-8")
     return new_id
+
+
+def _copy_numbers(package: OldPackage, sources: Path, made: Migration) -> None:
+    """Copy the YAML files with the old task's parameters, as a reference for porting the task."""
+    for path in package.yaml.numbers:
+        parts = path.relative_to(package.folder).parts
+        shutil.copyfile(path, sources / "_".join(parts))
+        made.carry("/".join(parts), f"src/{sources.name}/{'_'.join(parts)}, unchanged; no module reads it")
 
 
 def _write_learning(package: OldPackage, folder: Path, id: str, made: Migration) -> None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from frobs_core.util.files import read_limited
-from frobs_rl_compat.migrate.errors import MigrationError
+from frobs_rl_compat.migrate.migration import MigrationError
 
 ROOTS = ("RobotBasicEnv", "CustomRobotEnv", "CCustomRobotEnv", "CustomTaskEnv")
 """FRobs_RL's own base classes, from which a package's classes inherit."""
@@ -20,18 +20,13 @@ _MAX_BYTES = 4 * 2**20  # of one Python file
 
 @dataclass(frozen=True, eq=False)
 class OldClass:
-    """A class that is defined in a package.
-
-    Attributes:
-        bases: Names of the base classes, without their modules.
-        tree: Syntax tree of the file that defines the class.
-    """
+    """A class that is defined in a package."""
 
     name: str
-    bases: tuple[str, ...]
+    bases: tuple[str, ...]  # names of the base classes, without their modules
     methods: dict[str, ast.FunctionDef]
     node: ast.ClassDef
-    tree: ast.Module
+    tree: ast.Module  # syntax tree of the file that defines the class
     path: Path
 
     def does(self, method: str) -> bool:
@@ -48,15 +43,10 @@ class OldClass:
 
 @dataclass(frozen=True)
 class Registration:
-    """A call to ``register``.
-
-    Attributes:
-        module: Last part of the name of the module that defines the class, or an empty string if the call passes the
-            class itself.
-    """
+    """A call to ``register``."""
 
     id: str
-    module: str
+    module: str  # last part of the name of the class's module, or empty if the call passes the class itself
     class_name: str
     max_episode_steps: int | None
     path: Path
@@ -64,19 +54,12 @@ class Registration:
 
 @dataclass(frozen=True)
 class PythonFiles:
-    """The contents of a package's Python files.
+    """The contents of a package's Python files."""
 
-    Attributes:
-        classes: All classes, sorted by file.
-        registrations: All registrations of environments, sorted by file.
-        calls: Calls in each file, by function name without its module, such as ``"TimeLimitWrapper"``.
-        unread: Error message for each file that is not valid Python 3.
-    """
-
-    classes: list[OldClass]
-    registrations: list[Registration]
-    calls: dict[Path, dict[str, list[ast.Call]]]
-    unread: dict[Path, str]
+    classes: list[OldClass]  # sorted by file
+    registrations: list[Registration]  # of environments, sorted by file
+    calls: dict[Path, dict[str, list[ast.Call]]]  # for each file, by function name without its module
+    unread: dict[Path, str]  # error message for each file that is not valid Python 3
 
     def lineage(self, old: OldClass) -> list[OldClass]:
         """Return a class, followed by its base classes from the same package."""
@@ -115,11 +98,7 @@ _MAX_FOLDERS = 1_000
 
 
 def read_file(path: Path) -> bytes:
-    """Read a file of a package.
-
-    Raises:
-        MigrationError: The file cannot be read, is not a regular file, or is too large.
-    """
+    """Read a file of a package."""
     try:
         return read_limited(path, _MAX_BYTES)
     except OSError as error:
@@ -139,12 +118,7 @@ def _find_python_files(folder: Path) -> list[Path]:
 
 
 def read_python_files(folder: Path) -> PythonFiles:
-    """Read all Python files of a package.
-
-    Raises:
-        ConfigurationError: A file that defines a class or registers an environment is not valid Python 3, a file
-            cannot be read, or there are too many folders.
-    """
+    """Read all Python files of a package."""
     files = PythonFiles([], [], {}, {})
     for path in _find_python_files(folder):
         source = read_file(path)
@@ -163,17 +137,17 @@ def read_python_files(folder: Path) -> PythonFiles:
         for node in ast.walk(tree):
             if isinstance(node, ast.ClassDef):
                 methods = {item.name: item for item in node.body if isinstance(item, ast.FunctionDef)}
-                bases = tuple(_last(base) for base in node.bases)
+                bases = tuple(last_name(base) for base in node.bases)
                 files.classes.append(OldClass(node.name, bases, methods, node, tree, path))
             elif isinstance(node, ast.Call):
-                calls.setdefault(_last(node.func), []).append(node)
+                calls.setdefault(last_name(node.func), []).append(node)
         files.registrations.extend(_registrations(tree, path))
     return files
 
 
 def _registrations(tree: ast.Module, path: Path) -> Iterator[Registration]:
     for node in ast.walk(tree):
-        if not (isinstance(node, ast.Call) and _last(node.func) == "register"):
+        if not (isinstance(node, ast.Call) and last_name(node.func) == "register"):
             continue
         given = {keyword.arg: keyword.value for keyword in node.keywords if keyword.arg}
         given |= dict(zip(("id", "entry_point"), node.args, strict=False))
@@ -181,13 +155,13 @@ def _registrations(tree: ast.Module, path: Path) -> Iterator[Registration]:
             value.value if isinstance(value := given.get(key), ast.Constant) else None
             for key in ("id", "entry_point", "max_episode_steps")
         )
-        point = entry if isinstance(entry, str) else _last(given["entry_point"]) if "entry_point" in given else ""
+        point = entry if isinstance(entry, str) else last_name(given["entry_point"]) if "entry_point" in given else ""
         if isinstance(id, str) and point:
             limit = steps if isinstance(steps, int) and not isinstance(steps, bool) else None
             module, _, name = point.rpartition(":")
             yield Registration(id, module.rpartition(".")[2], name, limit, path)
 
 
-def _last(node: ast.expr) -> str:
+def last_name(node: ast.expr) -> str:
     """Return the last part of a dotted name, or an empty string for any other expression."""
     return node.attr if isinstance(node, ast.Attribute) else node.id if isinstance(node, ast.Name) else ""

@@ -27,41 +27,26 @@ _DRIVE_TAGS = {
 
 @dataclass(frozen=True)
 class Wheels:
-    """Two driven wheels, as described by a Gazebo plugin.
-
-    Attributes:
-        separation: Distance between the wheels [m].
-        diameter: Diameter of each wheel [m].
-    """
+    """Two driven wheels, as described by a Gazebo plugin."""
 
     left: str
     right: str
-    separation: float
-    diameter: float
+    separation: float  # [m] distance between the wheels
+    diameter: float  # [m] diameter of each wheel
 
 
 @dataclass(frozen=True)
 class RobotSource:
-    """A robot's model file and the information read from it.
-
-    Attributes:
-        xacro_args: Xacro arguments of the file, by name.
-        package_paths: Folders of ROS packages that the file may refer to.
-        wheels: Driven wheels of a differential-drive robot, or None for other robots.
-        friction: Sliding friction coefficient of each link for which the file defines friction.
-        lidar_topics: Lidar that publishes each topic. Topic names have no leading slash.
-        lidar_problem: Reason why the file's lidars cannot be used, or an empty string.
-    """
+    """A robot's model file and the information read from it."""
 
     path: Path
     xacro_args: Mapping[str, str]
-    package_paths: Mapping[str, str | Path]
+    package_paths: Mapping[str, str | Path]  # folders of ROS packages that the file may refer to
     model: RobotModel
-    wheels: Wheels | None
-    friction: Mapping[str, float]
+    wheels: Wheels | None  # driven wheels of a differential-drive robot
+    friction: Mapping[str, float]  # sliding friction coefficient of each link for which the file defines friction
     lidars: Mapping[str, Lidar]
-    lidar_topics: Mapping[str, str]
-    lidar_problem: str = ""
+    lidar_problem: str = ""  # reason why the file's lidars cannot be used
 
     @property
     def base_link(self) -> str:
@@ -79,16 +64,17 @@ class RobotSource:
 
 def find_robot(package: OldPackage, package_paths: Mapping[str, str | Path]) -> tuple[RobotSource | None, str]:
     """Return the robot that the package spawns, or None and the reason why the robot cannot be used."""
-    given = package.constructed.parameters
-    file = given.get("urdf_file")
+    arguments = package.robot_arguments
+    file = arguments.get("urdf_file")
     if not file:
-        unknown = package.constructed.unknown_parameters.get("urdf_file")
-        return None, f"urdf_file is {unknown}" if unknown else "the package does not pass urdf_file to RobotBasicEnv"
+        return None, "no constructor states the argument urdf_file of RobotBasicEnv as a literal"
     paths = {package.name: package.folder, **package_paths}
-    args = dict(arg.partition(":=")[::2] for arg in given.get("urdf_xacro_args") or () if ":=" in arg)
+    args = dict(arg.partition(":=")[::2] for arg in arguments.get("urdf_xacro_args") or () if ":=" in arg)
     try:
-        home = Packages(paths, package.folder.absolute() / "package.xml").find(given.get("pkg_name") or package.name)
-        path = Path(home) / str(given.get("urdf_folder", "/urdf")).strip("/") / str(file)
+        home = Packages(paths, package.folder.absolute() / "package.xml").find(
+            arguments.get("pkg_name") or package.name
+        )
+        path = Path(home) / str(arguments.get("urdf_folder", "/urdf")).strip("/") / str(file)
         model = load_model(path, xacro_args=args, package_paths=paths)
         elements = gazebo_elements(model)
         friction = read_friction(elements, model)
@@ -99,17 +85,12 @@ def find_robot(package: OldPackage, package_paths: Mapping[str, str | Path]) -> 
         lidars = read_lidars(elements)
     except FrobsError as error:
         problem = str(error)
-    topics = {
-        plugin.text("topicName").strip("/"): plugin.sensor.name
-        for plugin in read_plugins(elements)
-        if plugin.sensor is not None and plugin.sensor.name in lidars
-    }
-    return RobotSource(path, args, paths, model, _wheels(model), friction, lidars, topics, problem), ""
+    return RobotSource(path, args, paths, model, _wheels(model), friction, lidars, problem), ""
 
 
 def _wheels(model: RobotModel) -> Wheels | None:
     for plugin in read_plugins(ElementTree.fromstring(model.xml).iter("gazebo")):
-        texts = {what: plugin.text(*tags) for what, tags in _DRIVE_TAGS.items()}
+        texts = {what: next(filter(None, map(plugin.text, tags)), "") for what, tags in _DRIVE_TAGS.items()}
         if all(texts.values()):
             try:
                 sizes = float(texts["separation"]), float(texts["diameter"])

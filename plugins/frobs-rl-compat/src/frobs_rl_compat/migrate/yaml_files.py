@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,59 +9,19 @@ from typing import Any
 
 from frobs_cli.errors import TargetExistsError
 from frobs_core.util.errors import ConfigurationError
-from frobs_core.util.plain import plain, to_json
 from frobs_core.util.yaml import dump_yaml, load_yaml
-from frobs_rl_compat.migrate.errors import MigrationError
-from frobs_rl_compat.migrate.migration import Migration
+from frobs_rl_compat.migrate.migration import COUNTERPARTS, Migration, MigrationError
 from frobs_rl_compat.training import ROOT, algorithms_in, translate
-
-LEGACY_IDS = {
-    "irb120": "frobs/Irb120ReachLegacy-v0",
-    "irb140": "frobs/Irb140ReachLegacy-v0",
-    "ur5": "frobs/Ur5ReachLegacy-v0",
-    "kobuki_empty": "frobs/KobukiEmptyLegacy-v0",
-    "kobuki_dynamic": "frobs/KobukiDynamicLegacy-v0",
-    "kobuki_maze": "frobs/KobukiMazeLegacy-v0",
-}
-"""Root keys of FRobs_RL's example task files, mapped to IDs of environments that accept the unmodified files."""
 
 
 @dataclass
 class YamlFiles:
-    """A package's YAML files, grouped by purpose.
+    """A package's YAML files, grouped by purpose."""
 
-    Attributes:
-        learning: Files with settings for FRobs_RL's algorithms.
-        controllers: Files with settings for ROS controllers.
-        numbers: All other files, such as files with task parameters.
-        unread: Error message for each file that cannot be read.
-    """
-
-    learning: dict[Path, Mapping[str, Any]] = field(default_factory=dict)
-    controllers: dict[Path, Mapping[str, Any]] = field(default_factory=dict)
-    numbers: dict[Path, Mapping[str, Any]] = field(default_factory=dict)
-    unread: dict[Path, str] = field(default_factory=dict)
-
-    def parameter(self, name: str) -> Any:
-        """Return the value that the files assign to a ROS parameter.
-
-        Args:
-            name: Parameter name, such as ``"/irb120/tolerance_goal_pos"``. Additional leading namespaces are ignored.
-
-        Raises:
-            KeyError: No file contains the parameter.
-        """
-        keys = [key for key in name.split("/") if key]
-        for mapping in self.numbers.values():
-            for begin in range(len(keys)):
-                value: Any = mapping
-                for key in keys[begin:]:
-                    if not isinstance(value, Mapping) or key not in value:
-                        break
-                    value = value[key]
-                else:
-                    return plain(value, for_yaml=True)
-        raise KeyError(name)
+    learning: dict[Path, Mapping[str, Any]] = field(default_factory=dict)  # settings of FRobs_RL's algorithms
+    controllers: dict[Path, Mapping[str, Any]] = field(default_factory=dict)  # settings of ROS controllers
+    numbers: dict[Path, Mapping[str, Any]] = field(default_factory=dict)  # all others, such as task parameters
+    unread: dict[Path, str] = field(default_factory=dict)  # error message for each file that cannot be read
 
 
 def read_yaml_files(folder: Path) -> YamlFiles:
@@ -130,42 +89,23 @@ def migrate_yaml(path: Path, out: Path) -> Migration:
         made.leave("the environment", "pass the environment's ID on the command line")
         made.next.append(f"frobs train ID --config {target}")
     else:
-        root = next((key for key in mapping if key in LEGACY_IDS), None)
+        ids = COUNTERPARTS["task_files"]
+        root = next((key for key in mapping if key in ids), None)
         if root is None:
             raise MigrationError(
                 path,
-                f"expected the key '{ROOT}' or one of {', '.join(LEGACY_IDS)}, but the file's keys are "
+                f"expected the key '{ROOT}' or one of {', '.join(ids)}, but the file's keys are "
                 f"{', '.join(map(str, mapping))}. To migrate the parameters of any other task, migrate the whole "
                 "package.",
             )
-        text = f"# {LEGACY_IDS[root]} accepts FRobs_RL's {path.name} unchanged.\n" + dump_yaml(
-            {"environment": LEGACY_IDS[root], "environment_kwargs": {"config_file": str(path.absolute())}}
+        text = f"# {ids[root]} accepts FRobs_RL's {path.name} unchanged.\n" + dump_yaml(
+            {"environment": ids[root], "environment_kwargs": {"config_file": str(path.absolute())}}
         )
         made.carry(f"the parameters under '{root}'", f"{target.name}: environment_kwargs.config_file")
-        made.next.append(f"frobs train {LEGACY_IDS[root]} --config {target}")
+        made.next.append(f"frobs train {ids[root]} --config {target}")
     out.mkdir(parents=True, exist_ok=True)
     target.write_text(text, "utf-8")
     return made
-
-
-def literal(value: Any, indent: int = 0) -> str:
-    """Return a value from a YAML file as Python source code, with a separate line for each key of a mapping."""
-    margin = " " * indent
-    if isinstance(value, Mapping):
-        inner = "".join(
-            f"{margin}    {literal(str(key))}: {literal(item, indent + 4)},\n" for key, item in value.items()
-        )
-        return f"{{\n{inner}{margin}}}" if value else "{}"
-    if isinstance(value, list | tuple):
-        items = [literal(item, indent + 4) for item in value]
-        line = f"[{', '.join(items)}]"
-        if len(line) <= 60:
-            return line
-        rows = "".join(f"{margin}    {item},\n" for item in items)
-        return f"[\n{rows}{margin}]"
-    if isinstance(value, float) and not math.isfinite(value):
-        return f'float("{value}")'
-    return to_json(value, ascii=False) if isinstance(value, str) else repr(value)
 
 
 def _controls(mapping: Mapping[str, Any]) -> bool:

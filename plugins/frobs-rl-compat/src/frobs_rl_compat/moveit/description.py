@@ -10,8 +10,13 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from frobs_core.models import JointLimits, RobotModel, load_model
-from frobs_rl_compat.moveit.errors import MoveItCommanderException
+from frobs_core.util.arrays import Floats
+from frobs_rl_compat.moveit.errors import MoveItCommanderException, check_known
+from frobs_rl_compat.moveit.joints import JointStates
+from frobs_rl_compat.moveit.poses import IDENTITY
 from frobs_rl_compat.moveit.semantics import Group, Semantics, read_srdf
 
 _SCALING = 0.1  # MoveIt's default
@@ -19,36 +24,34 @@ _SCALING = 0.1  # MoveIt's default
 
 @dataclass(frozen=True)
 class RobotDescription:
-    """A robot described by MoveIt's parameters.
+    """A robot described by MoveIt's parameters."""
 
-    Attributes:
-        model: The robot model with the limits from ``joint_limits.yaml``.
-        semantics: The contents of the robot's SRDF.
-        max_acceleration: Acceleration limits from ``joint_limits.yaml`` [rad/s² or m/s²], by joint name. Joints without
-            an acceleration limit are omitted.
-        velocity_scaling: Default velocity scaling factor, as a fraction of the velocity limits.
-        acceleration_scaling: Default acceleration scaling factor, as a fraction of the acceleration limits.
-    """
-
-    model: RobotModel
+    model: RobotModel  # with the limits from ``joint_limits.yaml``
     semantics: Semantics
-    max_acceleration: Mapping[str, float]
-    velocity_scaling: float
-    acceleration_scaling: float
+    max_acceleration: Mapping[str, float]  # [rad/s² or m/s²] limits from ``joint_limits.yaml``, by joint name
+    velocity_scaling: float  # default fraction of the velocity limits
+    acceleration_scaling: float  # default fraction of the acceleration limits
 
     def group(self, name: str) -> Group:
-        """Return a group of joints.
+        """Return a group of joints."""
+        check_known(f"robot '{self.model.name}'", "group", name, self.semantics.groups)
+        return self.semantics.groups[name]
 
-        Raises:
-            MoveItCommanderException: The group does not exist.
-        """
-        groups = self.semantics.groups
-        if name not in groups:
+    def link_pose(self, link: str, positions: Mapping[str, float]) -> Floats:
+        """Return the pose (7,) of a link in the planning frame at given positions of all joints [rad or m]."""
+        pos, quat = self.model.frame_pose(link, np.array([[positions[name] for name in self.model.joint_names]]))
+        return np.concatenate([pos[0], quat[0]])
+
+    def frame_pose(self, frame: str, states: JointStates) -> Floats:
+        """Return the current pose (7,) of a link or of the planning frame (also named ``""``) in the planning frame."""
+        frame, planning_frame = frame.removeprefix("/"), self.semantics.planning_frame
+        if frame in ("", planning_frame, self.model.root):
+            return IDENTITY
+        if frame not in {link.name for link in self.model.links}:
             raise MoveItCommanderException(
-                f"the robot '{self.model.name}' has no group '{name}'; the groups in the SRDF are: "
-                f"{', '.join(groups) or 'none'}."
+                f"the frame '{frame}' is neither the planning frame '{planning_frame}' nor a link of the robot."
             )
-        return groups[name]
+        return self.link_pose(frame, states.current(self.model.joint_names))
 
 
 def read_description(parameter: str = "robot_description", namespace: str = "") -> RobotDescription:
@@ -58,10 +61,6 @@ def read_description(parameter: str = "robot_description", namespace: str = "") 
         parameter: Name of the parameter that contains the URDF. The parameter ``<parameter>_semantic`` contains the
             SRDF, and ``<parameter>_planning`` contains the joint limits.
         namespace: Namespace of the parameters. Defaults to the namespace of this node.
-
-    Raises:
-        MoveItCommanderException: A parameter is missing.
-        ModelFileError: The URDF or the SRDF is invalid.
     """
     import rospy
 
@@ -79,11 +78,7 @@ def read_description(parameter: str = "robot_description", namespace: str = "") 
 
 
 def describe(urdf: str, srdf: str, planning: Mapping[str, Any], source: str = "robot_description") -> RobotDescription:
-    """Create a robot description from a URDF, an SRDF and the contents of ``joint_limits.yaml``.
-
-    Raises:
-        ModelFileError: The URDF or the SRDF is invalid.
-    """
+    """Create a robot description from a URDF, an SRDF and the contents of ``joint_limits.yaml``."""
     limits: Mapping[str, Any] = planning.get("joint_limits", {})
     model = _read_urdf(urdf)
     joints = tuple(replace(joint, limits=_limits(joint.limits, limits.get(joint.name, {}))) for joint in model.joints)

@@ -11,6 +11,14 @@ class MoveItCommanderException(FrobsError):  # noqa: N818 - the name is MoveIt's
     """A call to moveit_commander failed."""
 
 
+def check_known(owner: str, kind: str, name: str, known: Iterable[str]) -> None:
+    """Raise a MoveItCommanderException that lists the known names if ``name`` is not one of them."""
+    if name not in (names := list(known)):
+        raise MoveItCommanderException(
+            f"the {owner} has no {kind} '{name}'; the available {kind}s are: {', '.join(names) or 'none'}."
+        )
+
+
 class NotOfferedError(MoveItCommanderException, AttributeError):
     """A MoveIt function is not available in the replacement.
 

@@ -14,10 +14,17 @@ import numpy as np
 from frobs_rl_compat.moveit.errors import MoveItCommanderException
 from frobs_rl_compat.moveit.joints import JointStates
 from frobs_rl_compat.moveit.node import group_parameters, resolve
-from frobs_rl_compat.moveit.settings import SETTINGS
 from frobs_ros.ros.processes import wait_for
 
 LOG = logging.getLogger("rosout.moveit_commander")
+
+SETTINGS: dict[str, float | bool] = {
+    "allowed_execution_duration_scaling": 1.1,
+    "allowed_goal_duration_margin": 0.5,  # [s]
+    "allowed_start_tolerance": 0.01,  # [rad or m]
+    "execution_duration_monitoring": True,
+}
+"""MoveIt's default settings, which the service ``/move_group/trajectory_execution/set_parameters`` changes."""
 
 _CONNECT = 5.0  # [s] maximum time to wait for a controller's action server
 _LOST = 0.5  # [s] time after the final status of a goal at which a missing result is considered lost
@@ -26,12 +33,7 @@ _PERIOD = 0.05  # [s]
 
 
 class Execution:
-    """Sends trajectories to controllers as goals of the ``follow_joint_trajectory`` action.
-
-    Args:
-        namespace: Namespace of the node ``move_group``.
-        states: Current joint states of the robot.
-    """
+    """Sends trajectories to the controllers of ``move_group`` as goals of the ``follow_joint_trajectory`` action."""
 
     def __init__(self, namespace: str, states: JointStates) -> None:
         self._namespace, self._states = namespace, states
@@ -40,17 +42,10 @@ class Execution:
         self._changed, self._stopped = threading.Event(), threading.Event()
 
     def execute(self, trajectory: Any, *, wait: bool) -> bool:
-        """Execute a ``trajectory_msgs/JointTrajectory``.
-
-        Args:
-            trajectory: Trajectory that starts at the robot's current state.
-            wait: Whether to wait until the controllers have finished before returning.
+        """Execute a ``trajectory_msgs/JointTrajectory`` that starts at the robot's current state.
 
         Returns:
             Whether the controllers finished the trajectory or, if ``wait`` is False, whether the trajectory was sent.
-
-        Raises:
-            MoveItCommanderException: No controller is available for one of the joints.
         """
         parameters = group_parameters(self._namespace)
         settings = {**SETTINGS, **parameters.get("trajectory_execution", {})}
@@ -173,16 +168,7 @@ class Execution:
 
 
 def choose(names: Sequence[str], controllers: Any, owner: str) -> dict[str, list[str]]:
-    """Choose a controller for each joint, and return the joints of each controller by action name.
-
-    Args:
-        names: The joints.
-        controllers: The parameter ``controller_list``.
-        owner: Name of the node that uses ``controller_list``, for error messages.
-
-    Raises:
-        MoveItCommanderException: The parameter does not exist, or no controller is available for one of the joints.
-    """
+    """Choose controllers for joints from ``controller_list``, and return the joints of each by action name."""
     if not isinstance(controllers, list) or not controllers:
         raise MoveItCommanderException(
             f"the parameter {owner}/controller_list is missing; load the controllers' YAML file from the MoveIt "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,13 +15,12 @@ from frobs_core.util.arrays import Floats
 from frobs_core.util.rotations import rpy_from_quat
 from frobs_rl_compat.moveit import poses
 from frobs_rl_compat.moveit.description import read_description
-from frobs_rl_compat.moveit.errors import MoveItCommanderException, NotOfferedError
+from frobs_rl_compat.moveit.errors import MoveItCommanderException, NotOfferedError, check_known
 from frobs_rl_compat.moveit.execution import Execution
 from frobs_rl_compat.moveit.joints import joint_states
 from frobs_rl_compat.moveit.node import ensure_node
 from frobs_rl_compat.moveit.planning import GroupPlanner
 from frobs_rl_compat.moveit.scene_service import current_scene, wait_for_move_group
-from frobs_rl_compat.moveit.trajectories import to_message
 
 LOG = logging.getLogger("rosout.moveit_commander")
 
@@ -35,6 +34,27 @@ _ERROR_CODES = {
     Reason.NO_WAY_FOUND: "PLANNING_FAILED",
 }
 _BOUND = 1e-6  # [rad or m] maximum amount by which a target may exceed a limit due to rounding
+_SPACING = 0.05  # [s] between the points of a motion
+_LEAST = 10  # minimum number of points in a motion
+
+
+def _accessors(
+    name: str, meaning: str, most: float = math.inf
+) -> tuple[Callable[[MoveGroupCommander], float], Callable[[MoveGroupCommander, float], None]]:
+    """Return the getter and the setter of a setting, which must be above 0 and at most ``most``."""
+
+    def get(self: MoveGroupCommander) -> float:
+        return self._settings[name]
+
+    def set(self: MoveGroupCommander, value: float) -> None:
+        number = float(value)
+        if not 0.0 < number <= most or math.isinf(number):
+            limit = "" if math.isinf(most) else f" and at most {most:g}"
+            raise MoveItCommanderException(f"the {name} is {value}; it must be above 0{limit}.")
+        self._settings[name] = number
+
+    get.__doc__, set.__doc__ = f"Return {meaning}.", f"Set {meaning}."
+    return get, set
 
 
 class MoveGroupCommander:
@@ -72,10 +92,14 @@ class MoveGroupCommander:
         self._pose_target: tuple[str, Floats, bool] | None = (
             None  # the link, the link's target pose, and whether the rotation is constrained
         )
-        self._tolerances = {"joint": 1e-4, "position": 1e-4, "orientation": 1e-3}
-        self._velocity_scaling = self._description.velocity_scaling
-        self._acceleration_scaling = self._description.acceleration_scaling
-        self._planning_time = 5.0
+        self._settings = {
+            "joint tolerance": 1e-4,
+            "position tolerance": 1e-4,
+            "orientation tolerance": 1e-3,
+            "velocity scaling factor": self._description.velocity_scaling,
+            "acceleration scaling factor": self._description.acceleration_scaling,
+            "planning time": 5.0,
+        }
         self._random = np.random.default_rng()
 
     def __getattr__(self, name: str) -> Any:
@@ -107,7 +131,7 @@ class MoveGroupCommander:
 
     def set_pose_reference_frame(self, reference_frame: str) -> None:
         """Set the default frame of pose targets to the planning frame or to a link of the robot."""
-        self._frame_pose(reference_frame)
+        self._description.frame_pose(reference_frame, self._states)
         self._frame = reference_frame
 
     def has_end_effector_link(self) -> bool:
@@ -131,11 +155,11 @@ class MoveGroupCommander:
 
     def get_current_pose(self, end_effector_link: str = "") -> Any:
         """Return the current pose of the end-effector link in the planning frame as ``geometry_msgs/PoseStamped``."""
-        return self._stamped(self._link_pose(self._tool(end_effector_link), self._everything()))
+        return self._stamped(self._tool_pose(end_effector_link))
 
     def get_current_rpy(self, end_effector_link: str = "") -> list[float]:
         """Return the roll, pitch and yaw angles of the end-effector link in the planning frame [rad]."""
-        return list(rpy_from_quat(self._link_pose(self._tool(end_effector_link), self._everything())[3:]))
+        return list(rpy_from_quat(self._tool_pose(end_effector_link)[3:]))
 
     def get_random_joint_values(self) -> list[float]:
         """Return random joint positions within the limits [rad or m], without checking for collisions."""
@@ -147,7 +171,7 @@ class MoveGroupCommander:
     def get_random_pose(self, end_effector_link: str = "") -> Any:
         """Return the pose of the end-effector link at random joint positions as ``geometry_msgs/PoseStamped``."""
         positions = {**self._everything(), **dict(zip(self._names, self.get_random_joint_values(), strict=True))}
-        return self._stamped(self._link_pose(self._tool(end_effector_link), positions))
+        return self._stamped(self._description.link_pose(self._tool(end_effector_link), positions))
 
     # Targets
 
@@ -170,8 +194,7 @@ class MoveGroupCommander:
         elif _is_pose(arg1):
             if arg3 or isinstance(arg2, bool):
                 raise NotOfferedError("MoveGroupCommander", "set_joint_value_target(pose, approximate)", ())
-            self._pose_target = (self._tool(arg2 or ""), self._pose(arg1), True)
-            self._joint_target = None
+            self.set_pose_target(arg1, arg2 or "")
             return
         elif hasattr(arg1, "name") and hasattr(arg1, "position"):
             if len(arg1.name) != len(arg1.position):
@@ -203,8 +226,8 @@ class MoveGroupCommander:
         position = [float(value) for value in xyz]
         if len(position) != 3:
             raise MoveItCommanderException(f"a position has 3 numbers, not {len(position)}.")
-        pose = poses.from_list([*position, 0.0, 0.0, 0.0, 1.0])
-        self._pose_target = (self._tool(end_effector_link), compose(self._frame_pose(self._frame), pose), False)
+        pose = self._pose([*position, 0.0, 0.0, 0.0, 1.0])
+        self._pose_target = (self._tool(end_effector_link), pose, False)
         self._joint_target = None
 
     def clear_pose_targets(self) -> None:
@@ -221,64 +244,45 @@ class MoveGroupCommander:
 
     def get_named_target_values(self, target: str) -> dict[str, float]:
         """Return the joint positions of a named state [rad or m], by joint name."""
-        if target not in self._group.states:
-            known = ", ".join(self._group.states) or "none"
-            raise MoveItCommanderException(
-                f"the group '{self._group.name}' has no state '{target}'; the available states are: {known}."
-            )
+        check_known(f"group '{self._group.name}'", "state", target, self._group.states)
         return {name: value for name, value in self._group.states[target].items() if name in self._names}
 
     # Settings
 
-    def set_max_velocity_scaling_factor(self, value: float) -> None:
-        """Set the velocity scaling factor of motions: a fraction of the velocity limits, in (0, 1]."""
-        self._velocity_scaling = _share("velocity", value)
-
-    def set_max_acceleration_scaling_factor(self, value: float) -> None:
-        """Set the acceleration scaling factor of motions: a fraction of the acceleration limits, in (0, 1]."""
-        self._acceleration_scaling = _share("acceleration", value)
+    get_goal_joint_tolerance, set_goal_joint_tolerance = _accessors(
+        "joint tolerance", "the tolerance of joint targets [rad or m], which has no effect on the planned motions"
+    )
+    get_goal_position_tolerance, set_goal_position_tolerance = _accessors(
+        "position tolerance", "the maximum permitted distance from a pose target [m]"
+    )
+    get_goal_orientation_tolerance, set_goal_orientation_tolerance = _accessors(
+        "orientation tolerance", "the maximum permitted orientation error relative to a pose target [rad]"
+    )
+    get_planning_time, set_planning_time = _accessors("planning time", "the maximum planning time [s]")
+    set_max_velocity_scaling_factor = _accessors(
+        "velocity scaling factor",
+        "the velocity scaling factor of motions: a fraction of the velocity limits, in (0, 1]",
+        most=1.0,
+    )[1]
+    set_max_acceleration_scaling_factor = _accessors(
+        "acceleration scaling factor",
+        "the acceleration scaling factor of motions: a fraction of the acceleration limits, in (0, 1]",
+        most=1.0,
+    )[1]
 
     def get_goal_tolerance(self) -> tuple[float, float, float]:
         """Return the joint tolerance, the position tolerance and the orientation tolerance."""
-        joint, position, orientation = self._tolerances.values()
-        return joint, position, orientation
-
-    def get_goal_joint_tolerance(self) -> float:
-        """Return the tolerance of joint targets [rad or m]."""
-        return self._tolerances["joint"]
-
-    def get_goal_position_tolerance(self) -> float:
-        """Return the maximum permitted distance from a pose target [m]."""
-        return self._tolerances["position"]
-
-    def get_goal_orientation_tolerance(self) -> float:
-        """Return the maximum permitted orientation error relative to a pose target [rad]."""
-        return self._tolerances["orientation"]
+        return (
+            self.get_goal_joint_tolerance(),
+            self.get_goal_position_tolerance(),
+            self.get_goal_orientation_tolerance(),
+        )
 
     def set_goal_tolerance(self, value: float) -> None:
         """Set the joint, position and orientation tolerances to the same value."""
-        for kind in self._tolerances:
-            self._tolerances[kind] = _positive(f"the {kind} tolerance", value)
-
-    def set_goal_joint_tolerance(self, value: float) -> None:
-        """Set the tolerance of joint targets [rad or m], which has no effect on the planned motions."""
-        self._tolerances["joint"] = _positive("the joint tolerance", value)
-
-    def set_goal_position_tolerance(self, value: float) -> None:
-        """Set the maximum permitted distance from a pose target [m]."""
-        self._tolerances["position"] = _positive("the position tolerance", value)
-
-    def set_goal_orientation_tolerance(self, value: float) -> None:
-        """Set the maximum permitted orientation error relative to a pose target [rad]."""
-        self._tolerances["orientation"] = _positive("the orientation tolerance", value)
-
-    def set_planning_time(self, seconds: float) -> None:
-        """Set the maximum planning time [s]."""
-        self._planning_time = _positive("the planning time", seconds)
-
-    def get_planning_time(self) -> float:
-        """Return the maximum planning time [s]."""
-        return self._planning_time
+        self.set_goal_joint_tolerance(value)
+        self.set_goal_position_tolerance(value)
+        self.set_goal_orientation_tolerance(value)
 
     def set_workspace(self, ws: Sequence[float]) -> None:
         """Validate a workspace, which is either an empty list or two corners given as 4 or 6 numbers.
@@ -346,9 +350,7 @@ class MoveGroupCommander:
     def _take(self, target: Any) -> None:
         if target is None:
             return
-        if _is_pose(target):
-            self.set_pose_target(target)
-        elif isinstance(target, str):
+        if isinstance(target, str):
             self.set_named_target(target)
         else:
             self.set_joint_value_target(target)
@@ -368,15 +370,40 @@ class MoveGroupCommander:
             goal,
             link=self._pose_target[0] if self._pose_target else self._link,
             scene=current_scene(self._namespace),
-            velocity_scaling=self._velocity_scaling,
-            acceleration_scaling=self._acceleration_scaling,
-            max_seconds=self._planning_time,
+            velocity_scaling=self._settings["velocity scaling factor"],
+            acceleration_scaling=self._settings["acceleration scaling factor"],
+            max_seconds=self._settings["planning time"],
         )
         return plan, self._message(plan, turns)
 
     def _message(self, plan: Plan, offset: Floats) -> Any:
+        """Return a plan for all joints of the robot as a message, which has no points if the plan contains no motion.
+
+        ``offset`` is added to the positions of the group's joints, (k,) [rad or m].
+        """
+        import rospy
+        from moveit_msgs.msg import RobotTrajectory
+        from trajectory_msgs.msg import JointTrajectoryPoint
+
+        message = RobotTrajectory()
+        message.joint_trajectory.header.frame_id = self.get_planning_frame()
+        message.joint_trajectory.joint_names = list(self._names)
+        if plan.trajectory is None or plan.trajectory.duration == 0.0:
+            return message
         columns = [self._description.model.joint_names.index(name) for name in self._names]
-        return to_message(plan, self._names, columns, offset, self.get_planning_frame())
+        count = max(_LEAST, math.ceil(plan.trajectory.duration / _SPACING))
+        times = np.linspace(0.0, plan.trajectory.duration, count + 1)
+        positions, velocities, accelerations = (rows[:, columns] for rows in plan.trajectory.sample(times))
+        for row, seconds in enumerate(times.tolist()):
+            message.joint_trajectory.points.append(
+                JointTrajectoryPoint(
+                    positions=(positions[row] + offset).tolist(),
+                    velocities=velocities[row].tolist(),
+                    accelerations=accelerations[row].tolist(),
+                    time_from_start=rospy.Duration.from_sec(seconds),
+                )
+            )
+        return message
 
     def _goal(self) -> Floats | ToolGoal | None:
         if self._pose_target is None:
@@ -385,19 +412,15 @@ class MoveGroupCommander:
         return ToolGoal(
             pose[:3],
             pose[3:] if is_turned else None,
-            position_tolerance=self._tolerances["position"],
-            rotation_tolerance=self._tolerances["orientation"],
+            position_tolerance=self._settings["position tolerance"],
+            rotation_tolerance=self._settings["orientation tolerance"],
         )
 
     def _joint_vector(self, values: Any) -> Floats:
         """Return joint positions (dof,), using the last target or the current position for unspecified joints."""
         if isinstance(values, Mapping):
-            unknown = [name for name in values if name not in self._names]
-            if unknown:
-                raise MoveItCommanderException(
-                    f"the group '{self._group.name}' has no joint '{unknown[0]}'; the available joints are: "
-                    f"{', '.join(self._names)}."
-                )
+            for name in values:
+                check_known(f"group '{self._group.name}'", "joint", name, self._names)
             target = dict(zip(self._names, self.get_joint_value_target(), strict=True))
             target.update({name: float(value) for name, value in values.items()})
             return np.array([target[name] for name in self._names])
@@ -432,38 +455,22 @@ class MoveGroupCommander:
                 f"the group '{self._group.name}' has no end-effector link, because its joints do not form a chain; "
                 "pass the name of a link."
             )
-        links = [each.name for each in self._description.model.links]
-        if link not in links:
-            raise MoveItCommanderException(
-                f"the robot has no link '{link}'; the available links are: {', '.join(links)}."
-            )
+        check_known("robot", "link", link, [each.name for each in self._description.model.links])
         return link
+
+    def _tool_pose(self, link: str) -> Floats:
+        return self._description.link_pose(self._tool(link), self._everything())
 
     def _pose(self, pose: Any) -> Floats:
         """Return a pose target in the planning frame."""
+        frame = self._frame
         if hasattr(pose, "pose"):
-            return compose(self._frame_pose(pose.header.frame_id or self._frame), poses.from_message(pose.pose))
+            frame, pose = pose.header.frame_id or frame, pose.pose
         array = poses.from_message(pose) if hasattr(pose, "orientation") else poses.from_list(pose)
-        return compose(self._frame_pose(self._frame), array)
-
-    def _frame_pose(self, frame: str) -> Floats:
-        frame = frame.removeprefix("/")
-        if frame in (self.get_planning_frame(), self._description.model.root):
-            return poses.IDENTITY
-        if frame not in {link.name for link in self._description.model.links}:
-            raise MoveItCommanderException(
-                f"the frame '{frame}' is neither the planning frame '{self.get_planning_frame()}' nor a link of the "
-                "robot."
-            )
-        return self._link_pose(frame, self._everything())
+        return compose(self._description.frame_pose(frame, self._states), array)
 
     def _everything(self) -> dict[str, float]:
         return self._states.current(self._description.model.joint_names)
-
-    def _link_pose(self, link: str, positions: Mapping[str, float]) -> Floats:
-        model = self._description.model
-        pos, quat = model.frame_pose(link, np.array([[positions[name] for name in model.joint_names]]))
-        return np.concatenate([pos[0], quat[0]])
 
     def _stamped(self, pose: Floats) -> Any:
         import rospy
@@ -476,15 +483,3 @@ class MoveGroupCommander:
 
 def _is_pose(value: Any) -> bool:
     return hasattr(value, "pose") or (hasattr(value, "position") and hasattr(value, "orientation"))
-
-
-def _share(kind: str, value: float) -> float:
-    if not 0.0 < float(value) <= 1.0:
-        raise MoveItCommanderException(f"the {kind} scaling factor is {value}; it must be above 0 and at most 1.")
-    return float(value)
-
-
-def _positive(name: str, value: float) -> float:
-    if not 0.0 < float(value) < math.inf:
-        raise MoveItCommanderException(f"{name} is {value}; it must be above 0.")
-    return float(value)

@@ -15,11 +15,7 @@ _PAUSED = 0.1  # [s] time without a message after which the simulation is consid
 
 
 class JointStates:
-    """Subscribes to the joint states and stores the current positions.
-
-    Args:
-        topic: Full name of the topic.
-    """
+    """Subscribes to a topic of joint states and stores the current positions."""
 
     def __init__(self, topic: str) -> None:
         import rospy
@@ -53,9 +49,6 @@ class JointStates:
             names: Names of the joints.
             wait: Maximum time to wait [s].
             since: Earliest time of the positions on the robot's clock [s], such as the end of a motion.
-
-        Raises:
-            MoveItCommanderException: The position of at least one joint was not received in time.
         """
         import rospy
 

@@ -10,15 +10,12 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
-from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import FrobsError
-from frobs_rl_compat.moveit import poses, settings
 from frobs_rl_compat.moveit.description import read_description
 from frobs_rl_compat.moveit.errors import MoveItCommanderException
+from frobs_rl_compat.moveit.execution import SETTINGS
 from frobs_rl_compat.moveit.joints import joint_states
-from frobs_rl_compat.moveit.scene_service import APPLY, GET
+from frobs_rl_compat.moveit.scene_service import APPLY, GET, scene_change
 from frobs_rl_compat.moveit.world import World
 from frobs_ros import use_ros
 
@@ -41,35 +38,27 @@ class MoveGroup:
         from moveit_msgs.msg import AttachedCollisionObject, CollisionObject, PlanningScene
         from moveit_msgs.srv import ApplyPlanningScene, GetPlanningScene
 
-        self._description = read_description()
-        self._states = joint_states("")
-        semantics, model = self._description.semantics, self._description.model
-        self._world = World(model.name, semantics.planning_frame, self._locate)
+        description, states = read_description(), joint_states("")
+        self._world = World(
+            description.model.name,
+            description.semantics.planning_frame,
+            lambda frame: description.frame_pose(frame, states),
+        )
         self._scene = rospy.Publisher("~monitored_planning_scene", PlanningScene, queue_size=1, latch=True)
         self.status = rospy.Publisher("~status", GoalStatusArray, queue_size=1)
         self._parts = [
-            rospy.Subscriber("planning_scene", PlanningScene, self._take_scene),
-            rospy.Subscriber("collision_object", CollisionObject, self._take_object),
-            rospy.Subscriber("attached_collision_object", AttachedCollisionObject, self._take_attached),
-            rospy.Service("~trajectory_execution/set_parameters", Reconfigure, self._reconfigure),
+            rospy.Subscriber("planning_scene", PlanningScene, self._apply),
+            rospy.Subscriber("collision_object", CollisionObject, lambda item: self._apply(scene_change([item]))),
+            rospy.Subscriber(
+                "attached_collision_object",
+                AttachedCollisionObject,
+                lambda item: self._apply(scene_change(attached=[item])),
+            ),
+            rospy.Service("~trajectory_execution/set_parameters", Reconfigure, _reconfigure),
             rospy.Service(APPLY, ApplyPlanningScene, lambda request: self._apply(request.scene)),
             rospy.Service(GET, GetPlanningScene, lambda _: self._world.message()),
         ]
         self._scene.publish(self._world.message())
-
-    def _locate(self, frame: str) -> Floats:
-        semantics, model = self._description.semantics, self._description.model
-        frame = frame.removeprefix("/")
-        if frame in ("", semantics.planning_frame, model.root):
-            return poses.IDENTITY
-        if frame not in {link.name for link in model.links}:
-            raise MoveItCommanderException(
-                f"the frame '{frame}' is neither the planning frame '{semantics.planning_frame}' nor a link of the "
-                "robot."
-            )
-        current = self._states.current(model.joint_names)
-        pos, quat = model.frame_pose(frame, np.array([[current[name] for name in model.joint_names]]))
-        return np.concatenate([pos[0], quat[0]])
 
     def _apply(self, scene: Any) -> bool:
         try:
@@ -80,30 +69,22 @@ class MoveGroup:
         self._scene.publish(self._world.message())
         return True
 
-    def _take_scene(self, scene: Any) -> None:
-        self._apply(scene)
 
-    def _take_object(self, item: Any) -> None:
-        from moveit_msgs.msg import PlanningScene
+def _reconfigure(request: Any) -> Any:
+    """Change settings of the trajectory execution, ignoring unknown names, and return all settings."""
+    import rospy
+    from dynamic_reconfigure.msg import BoolParameter, Config, DoubleParameter, GroupState
 
-        scene = PlanningScene(is_diff=True)
-        scene.world.collision_objects = [item]
-        self._apply(scene)
-
-    def _take_attached(self, item: Any) -> None:
-        from moveit_msgs.msg import PlanningScene
-
-        scene = PlanningScene(is_diff=True)
-        scene.robot_state.attached_collision_objects = [item]
-        self._apply(scene)
-
-    def _reconfigure(self, request: Any) -> Any:
-        import rospy
-
-        changed = settings.changed(rospy.get_param("~trajectory_execution", {}), request.config)
-        for name, value in changed.items():
-            rospy.set_param(f"~trajectory_execution/{name}", value)
-        return settings.as_config(changed)
+    given = {entry.name: entry.value for entry in (*request.config.doubles, *request.config.bools)}
+    merged = {**SETTINGS, **rospy.get_param("~trajectory_execution", {}), **given}
+    settings = {name: type(default)(merged[name]) for name, default in SETTINGS.items()}
+    for name, value in settings.items():
+        rospy.set_param(f"~trajectory_execution/{name}", value)
+    return Config(
+        bools=[BoolParameter(name, value) for name, value in settings.items() if isinstance(value, bool)],
+        doubles=[DoubleParameter(name, value) for name, value in settings.items() if not isinstance(value, bool)],
+        groups=[GroupState("Default", True, 0, 0)],
+    )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -25,12 +25,7 @@ _MOVED = 1e-4  # [rad or m] the planner is rebuilt after a joint outside the gro
 
 
 class GroupPlanner:
-    """Plans motions of one joint group, while all other joints stay at their initial positions.
-
-    Args:
-        description: The robot.
-        group: The joints that move.
-    """
+    """Plans motions of one joint group, while all other joints stay at their initial positions."""
 
     def __init__(self, description: RobotDescription, group: Group) -> None:
         self._description, self._group = description, group
@@ -48,7 +43,7 @@ class GroupPlanner:
         acceleration_scaling: float,
         max_seconds: float,
     ) -> Plan:
-        """Plan a motion.
+        """Plan a motion, and return a plan for all joints of the robot.
 
         Args:
             start: Positions of all robot joints by name [rad or m].
@@ -58,12 +53,6 @@ class GroupPlanner:
             velocity_scaling: Fraction of the velocity limits.
             acceleration_scaling: Fraction of the acceleration limits.
             max_seconds: Maximum time of the search.
-
-        Returns:
-            A plan for all joints of the robot.
-
-        Raises:
-            MoveItCommanderException: The scene contains an unsupported object.
         """
         names, group = self._description.model.joint_names, self._group.joint_names
         others = {name: start[name] for name in names if name not in group}
@@ -120,11 +109,7 @@ def hold(model: RobotModel, positions: Mapping[str, float]) -> RobotModel:
 
 
 def with_attached(model: RobotModel, attached: Collection[Any]) -> RobotModel:
-    """Return a robot model with an additional link for each ``moveit_msgs/AttachedCollisionObject``.
-
-    Raises:
-        MoveItCommanderException: An object has the same name as a link, or has an unsupported shape.
-    """
+    """Return a robot model with an additional link for each ``moveit_msgs/AttachedCollisionObject``."""
     names = {link.name for link in model.links}
     links, joints = [*model.links], [*model.joints]
     for item in attached:

@@ -15,11 +15,7 @@ IDENTITY = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
 def from_message(pose: Any) -> Floats:
-    """Convert a ``geometry_msgs/Pose`` to an array. A zero quaternion, the message's default, means no rotation.
-
-    Raises:
-        MoveItCommanderException: A number is not finite, or the quaternion does not have unit length.
-    """
+    """Convert a ``geometry_msgs/Pose`` to an array. A zero quaternion, the message's default, means no rotation."""
     p, q = pose.position, pose.orientation
     return _checked([p.x, p.y, p.z, q.w, q.x, q.y, q.z])
 
@@ -47,11 +43,7 @@ def to_message(array: Floats) -> Any:
 
 
 def from_list(numbers: Sequence[float]) -> Floats:
-    """Convert a list to a pose array. The list contains x, y, z and either roll, pitch, yaw or a quaternion x, y, z, w.
-
-    Raises:
-        MoveItCommanderException: The list has neither 6 nor 7 numbers, or the numbers are not a valid pose.
-    """
+    """Convert a list to a pose array. It contains x, y, z and either roll, pitch, yaw or a quaternion x, y, z, w."""
     values = [float(number) for number in numbers]
     if len(values) == 6:
         return _checked([*values[:3], *quat_from_rpy(values[3:]).tolist()])

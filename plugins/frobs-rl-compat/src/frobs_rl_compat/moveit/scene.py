@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import tempfile
 from functools import cache
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -24,24 +25,20 @@ def body(collision_object: Any) -> Body:
 
 
 def collisions(collision_object: Any) -> tuple[Collision, ...]:
-    """Return the shapes of a ``moveit_msgs/CollisionObject`` in the object's own frame.
-
-    Raises:
-        MoveItCommanderException: The object has no shape, or has an unsupported shape.
-    """
+    """Return the shapes of a ``moveit_msgs/CollisionObject`` in the object's own frame."""
     name = collision_object.id
     if collision_object.planes:
         raise MoveItCommanderException(
             f"the object '{name}' contains a plane, which is not supported; use a large, thin box instead."
         )
-    shapes = [(_primitive(name, primitive), primitive) for primitive in collision_object.primitives]
-    places = [*collision_object.primitive_poses]
-    origins = [poses.from_message(places[i]) if i < len(places) else poses.IDENTITY for i in range(len(shapes))]
-    pieces = [Collision(shape, pose_from_array(pose)) for (shape, _), pose in zip(shapes, origins, strict=True)]
-    places = [*collision_object.mesh_poses]
-    for i, mesh in enumerate(collision_object.meshes):
-        pose = poses.from_message(places[i]) if i < len(places) else poses.IDENTITY
-        pieces.append(Collision(_mesh(name, mesh), pose_from_array(pose)))
+    pieces = []
+    for read, shapes, places in (
+        (_primitive, collision_object.primitives, collision_object.primitive_poses),
+        (_mesh, collision_object.meshes, collision_object.mesh_poses),
+    ):
+        for shape, place in zip_longest(shapes, places[: len(shapes)]):
+            pose = poses.IDENTITY if place is None else poses.from_message(place)
+            pieces.append(Collision(read(name, shape), pose_from_array(pose)))
     if not pieces:
         raise MoveItCommanderException(f"the object '{name}' has no shapes.")
     return tuple(pieces)
@@ -92,11 +89,7 @@ def _mesh_folder() -> tempfile.TemporaryDirectory[str]:
 
 
 def mesh_message(path: str, scale: tuple[float, float, float]) -> Any:
-    """Read a mesh file and convert it to ``shape_msgs/Mesh``.
-
-    Raises:
-        ModelFileError: The file cannot be read.
-    """
+    """Read a mesh file and convert it to ``shape_msgs/Mesh``."""
     from geometry_msgs.msg import Point
     from shape_msgs.msg import Mesh as Message
     from shape_msgs.msg import MeshTriangle

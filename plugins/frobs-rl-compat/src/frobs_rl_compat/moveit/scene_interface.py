@@ -8,7 +8,7 @@ from typing import Any
 from frobs_rl_compat.moveit import scene as scenes
 from frobs_rl_compat.moveit.errors import MoveItCommanderException, NotOfferedError
 from frobs_rl_compat.moveit.node import ensure_node
-from frobs_rl_compat.moveit.scene_service import apply_scene, current_scene, wait_for_move_group
+from frobs_rl_compat.moveit.scene_service import apply_scene, current_scene, scene_change, wait_for_move_group
 
 Size = tuple[float, float, float]
 _UNIT: Size = (1.0, 1.0, 1.0)
@@ -141,13 +141,7 @@ class PlanningSceneInterface:
         self._apply(attached=[item])
 
     def _apply(self, objects: Sequence[Any] = (), attached: Sequence[Any] = ()) -> None:
-        from moveit_msgs.msg import PlanningScene
-
-        scene = PlanningScene(is_diff=True)
-        scene.robot_state.is_diff = True
-        scene.world.collision_objects = list(objects)
-        scene.robot_state.attached_collision_objects = list(attached)
-        if not apply_scene(self._namespace, scene):
+        if not apply_scene(self._namespace, scene_change(objects, attached)):
             names = ", ".join([item.id for item in objects] + [item.object.id for item in attached]) or "all objects"
             raise MoveItCommanderException(
                 f"move_group rejected the change to {names}; see the log of move_group for the reason."

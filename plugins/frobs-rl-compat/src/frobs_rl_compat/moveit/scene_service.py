@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -12,11 +13,7 @@ GET, APPLY = "get_planning_scene", "apply_planning_scene"
 
 
 def wait_for_move_group(namespace: str, timeout: float) -> None:
-    """Wait until ``move_group`` is running.
-
-    Raises:
-        MoveItCommanderException: ``move_group`` does not start in time.
-    """
+    """Wait until ``move_group`` is running."""
     import rospy
 
     for service in (GET, APPLY):
@@ -31,11 +28,7 @@ def wait_for_move_group(namespace: str, timeout: float) -> None:
 
 
 def current_scene(namespace: str) -> Any:
-    """Return the current planning scene as ``moveit_msgs/PlanningScene``.
-
-    Raises:
-        MoveItCommanderException: ``move_group`` does not answer.
-    """
+    """Return the current planning scene as ``moveit_msgs/PlanningScene``."""
     from moveit_msgs.msg import PlanningSceneComponents as Components
     from moveit_msgs.srv import GetPlanningScene
 
@@ -43,12 +36,19 @@ def current_scene(namespace: str) -> Any:
     return _call(resolve(namespace, GET), GetPlanningScene, components).scene
 
 
-def apply_scene(namespace: str, scene: Any) -> bool:
-    """Apply a ``moveit_msgs/PlanningScene`` and return whether ``move_group`` accepted it.
+def scene_change(objects: Sequence[Any] = (), attached: Sequence[Any] = ()) -> Any:
+    """Return a ``moveit_msgs/PlanningScene`` that changes only the given objects and attached objects."""
+    from moveit_msgs.msg import PlanningScene
 
-    Raises:
-        MoveItCommanderException: ``move_group`` does not answer.
-    """
+    scene = PlanningScene(is_diff=True)
+    scene.robot_state.is_diff = True
+    scene.world.collision_objects = list(objects)
+    scene.robot_state.attached_collision_objects = list(attached)
+    return scene
+
+
+def apply_scene(namespace: str, scene: Any) -> bool:
+    """Apply a ``moveit_msgs/PlanningScene`` and return whether ``move_group`` accepted it."""
     from moveit_msgs.srv import ApplyPlanningScene
 
     return bool(_call(resolve(namespace, APPLY), ApplyPlanningScene, scene).success)

@@ -12,51 +12,27 @@ from frobs_models import Element, parse_xml
 
 @dataclass(frozen=True)
 class Group:
-    """A group of joints whose motions are planned together.
-
-    Attributes:
-        name: Name of the group, which is unique in the robot.
-        joint_names: Names of the group's actuated joints, in the order of the robot's model.
-        links: Child links of the group's joints, from the root outward.
-        tip: Last link if the joints form a chain, otherwise an empty string.
-        states: Joint positions of each named state [rad or m], by joint name.
-    """
+    """A group of joints whose motions are planned together."""
 
     name: str
-    joint_names: tuple[str, ...]
-    links: tuple[str, ...]
-    tip: str
-    states: Mapping[str, Mapping[str, float]]
+    joint_names: tuple[str, ...]  # actuated joints, in the order of the robot's model
+    links: tuple[str, ...]  # child links of the joints, from the root outward
+    tip: str  # last link if the joints form a chain, otherwise an empty string
+    states: Mapping[str, Mapping[str, float]]  # [rad or m] joint positions of each named state, by joint name
 
 
 @dataclass(frozen=True)
 class Semantics:
-    """The contents of an SRDF file.
-
-    Attributes:
-        groups: Groups by name.
-        end_effectors: Link to which each end effector is attached, by the name of the end effector.
-        planning_frame: Name of the frame in which all poses are expressed. This frame coincides with the root link.
-        may_touch: Pairs of links for which collisions are disabled.
-    """
+    """The contents of an SRDF file."""
 
     groups: Mapping[str, Group]
-    end_effectors: Mapping[str, str]
-    planning_frame: str
-    may_touch: tuple[tuple[str, str], ...]
+    end_effectors: Mapping[str, str]  # link to which each end effector is attached, by the end effector's name
+    planning_frame: str  # frame in which all poses are expressed, which coincides with the root link
+    may_touch: tuple[tuple[str, str], ...]  # pairs of links for which collisions are disabled
 
 
 def read_srdf(text: str, model: RobotModel, source: str) -> Semantics:
-    """Read an SRDF.
-
-    Args:
-        text: XML text of the SRDF.
-        model: The robot.
-        source: Source of the text, such as the parameter's name, for error messages.
-
-    Raises:
-        ModelFileError: The text is not an SRDF, refers to an unknown joint or link, or uses an unsupported feature.
-    """
+    """Read the XML text of an SRDF. ``source``, such as the parameter's name, is used in error messages."""
     root = parse_xml(text, Path(source))
     if root.tag != "robot":
         root.refuse("the root element of an SRDF must be <robot>.")

@@ -15,13 +15,7 @@ from frobs_rl_compat.moveit.errors import MoveItCommanderException
 
 
 class World:
-    """The objects in the planning scene of ``move_group``.
-
-    Args:
-        robot: Name of the robot.
-        frame: The planning frame.
-        locate: Function that returns the pose of a link in the planning frame, or raises MoveItCommanderException.
-    """
+    """The objects in the planning scene of ``move_group``. ``locate`` returns a frame's pose in the planning frame."""
 
     def __init__(self, robot: str, frame: str, locate: Callable[[str], Floats]) -> None:
         self._robot, self._frame, self._locate = robot, frame, locate
@@ -40,11 +34,7 @@ class World:
             return scene
 
     def apply(self, scene: Any) -> None:
-        """Apply either all changes of a ``moveit_msgs/PlanningScene`` or none of them.
-
-        Raises:
-            MoveItCommanderException: The scene refers to an object that does not exist or is not supported.
-        """
+        """Apply either all changes of a ``moveit_msgs/PlanningScene`` or none of them."""
         if scene.world.octomap.octomap.data:
             raise MoveItCommanderException("octomaps are not supported; add boxes or meshes instead.")
         with self._lock:

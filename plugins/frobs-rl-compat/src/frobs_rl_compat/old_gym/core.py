@@ -45,11 +45,9 @@ class Wrapper(gymnasium.Wrapper[Any, Any, Any, Any], Env):
         super().__init__(to_gym(env))
 
     def reset(self, **kwargs: Any) -> Any:
-        """Begin an episode and return the observation."""
         return self.env.reset(**kwargs)
 
     def step(self, action: Any) -> Any:
-        """Execute an action and return ``(observation, reward, done, info)``."""
         return self.env.step(action)
 
     def seed(self, seed: int | None = None) -> Any:
@@ -114,12 +112,10 @@ class FourValues(Wrapper):
         self._seed: int | None = None
 
     def reset(self, *, seed: int | None = None, **kwargs: Any) -> Any:
-        """Begin an episode and return the observation."""
         seed, self._seed = self._seed if seed is None else seed, None
         return self.env.reset(seed=seed, **kwargs)[0]
 
     def step(self, action: Any) -> Any:
-        """Execute an action and return ``(observation, reward, done, info)``."""
         return to_four_values(self.env.step(action))
 
     def seed(self, seed: int | None = None) -> list[int]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections import UserDict
+from collections.abc import Callable
 from typing import Any
 
 import gymnasium
@@ -74,30 +75,24 @@ def spec(id: str) -> EnvSpec:
     return gymnasium.spec(id)
 
 
-class EnvRegistry:
+class EnvRegistry(UserDict[str, EnvSpec]):
     """Gymnasium's registry with the interface of the old gym registry."""
+
+    def __init__(self) -> None:
+        self.data = gymnasium.registry
 
     @property
     def env_specs(self) -> dict[str, EnvSpec]:
         """Specifications of all registered environments, by ID."""
-        return gymnasium.registry
+        return self.data
 
     def all(self) -> list[EnvSpec]:
         """Return the specifications of all registered environments."""
-        return list(gymnasium.registry.values())
+        return list(self.values())
 
     def spec(self, id: str) -> EnvSpec:
         """Return the specification registered for an ID."""
         return gymnasium.spec(id)
-
-    def __contains__(self, id: object) -> bool:
-        return id in gymnasium.registry
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(gymnasium.registry)
-
-    def __getitem__(self, id: str) -> EnvSpec:
-        return gymnasium.registry[id]
 
 
 registry = EnvRegistry()

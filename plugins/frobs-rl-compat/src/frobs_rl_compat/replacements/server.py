@@ -28,12 +28,7 @@ def main() -> None:
 
 
 def read(given: list[str]) -> tuple[backends.Launch, str]:
-    """Parse the arguments from a launch file, and return the launch options and the backend.
-
-    Raises:
-        ConfigurationError: The bridge does not support a requested option.
-        MissingFileError: The world file does not exist.
-    """
+    """Parse the arguments from a launch file, and return the launch options and the backend."""
     options = _parse(given)
     if options.physics != "ode":
         raise ParameterValueError(
@@ -64,11 +59,7 @@ def read(given: list[str]) -> tuple[backends.Launch, str]:
 
 
 def find_world(name: str) -> Path | None:
-    """Find a world file by its path or in the folders of ``GAZEBO_RESOURCE_PATH``, or return None for the empty world.
-
-    Raises:
-        MissingFileError: The file does not exist.
-    """
+    """Find a world file by its path or in ``GAZEBO_RESOURCE_PATH``, or return None for the empty world."""
     if name in _EMPTY:
         return None
     for folder in (Path(), *path_folders("GAZEBO_RESOURCE_PATH")):

@@ -1,7 +1,7 @@
 """Selects the backend that implements Gazebo's ROS interface: Gazebo itself, or the bridge with a FRobs simulator.
 
-All backends accept the same :class:`Launch` options. ``TREATMENT`` states whether each backend honors, emulates or
-rejects each option. The table in the documentation is generated from ``TREATMENT``.
+All backends accept the same :class:`Launch` options. The reference states whether each backend honors, emulates or
+rejects each option.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import shutil
 import sys
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,37 +26,6 @@ from frobs_ros.ros.environment import child_variables
 VARIABLE = "FROBS_ROS_BACKEND"
 GAZEBO, BRIDGE = "gazebo", "bridge:"
 DEFAULT_BRIDGE = "bridge:mujoco"
-
-TREATMENT: Mapping[str, tuple[str, str]] = {
-    "paused": ("honored", "honored"),
-    "use_sim_time": ("honored", "honored"),
-    "gui": ("honored; without a display, the option is ignored with a warning", "same as Gazebo"),
-    "recording": ("honored: Gazebo writes a state log", "rejected: the bridge does not write state logs"),
-    "debug": (
-        "honored: gzserver runs under gdb",
-        "emulated: tracebacks are printed, even after crashes in native code",
-    ),
-    "verbose": ("honored", "honored"),
-    "output": ("honored", "honored"),
-    "custom_world_path": ("honored", "honored; unsupported SDF elements raise an error"),
-    "custom_world_pkg": ("honored", "honored"),
-    "custom_world_name": ("honored", "honored"),
-    "respawn_gazebo": ("honored", "emulated: the bridge is restarted with an empty world"),
-    "pub_clock_frequency": ("honored", "honored"),
-    "server_required": (
-        "honored: the whole launch ends when gzserver ends",
-        "emulated: the launch consists only of the bridge and ends when the bridge ends",
-    ),
-    "gui_required": (
-        "honored; without a display, the option is rejected",
-        "rejected: the bridge keeps running after its window is closed",
-    ),
-    "launch_new_term": (
-        "honored; without xterm or a display, the output is written to a file, and the path of the file is logged",
-        "same as Gazebo",
-    ),
-}
-"""How Gazebo and the bridge treat each ``launch_Gazebo`` argument."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,9 +54,6 @@ def choose() -> str:
     """Return the backend that the environment variable or ROS parameter ``FROBS_ROS_BACKEND`` selects, or the default.
 
     The default is Gazebo if gazebo_ros is installed, and the bridge with MuJoCo otherwise.
-
-    Raises:
-        ConfigurationError: The selected backend does not exist.
     """
     from frobs_ros.ros.master import connect, is_online
 
@@ -104,11 +69,7 @@ def choose() -> str:
 
 
 def check(launch: Launch, backend: str) -> None:
-    """Check that a backend supports the given options.
-
-    Raises:
-        ConfigurationError: An option is invalid or not supported. The error message names the option.
-    """
+    """Check that a backend supports the given options."""
     if launch.clock_frequency < 0:
         raise ParameterValueError(
             "pub_clock_frequency",
@@ -125,20 +86,19 @@ def check(launch: Launch, backend: str) -> None:
         )
     if backend == GAZEBO:
         return
-    for name, given in (("recording", launch.recording), ("gui_required", launch.gui_required)):
+    for name, given, reason in (
+        ("recording", launch.recording, "the bridge does not write state logs"),
+        ("gui_required", launch.gui_required, "the bridge keeps running after its window is closed"),
+    ):
         if given:
             raise ConfigurationError(
-                f"{name} is not supported by the backend '{backend}': {TREATMENT[name][1].partition(': ')[2]}; omit "
-                f"this option or set {VARIABLE}=gazebo."
+                f"{name} is not supported by the backend '{backend}': {reason}; omit this option or set "
+                f"{VARIABLE}=gazebo."
             )
 
 
 def command(launch: Launch, backend: str) -> tuple[list[str], dict[str, str]]:
-    """Return the command that starts a backend, and the environment variables for this command.
-
-    Raises:
-        ProcessError: A required program is not installed.
-    """
+    """Return the command that starts a backend, and the environment variables for this command."""
     gui = launch.gui and has_display()
     if launch.gui and not gui:
         LOG.warning("the simulation runs without a window, because no display is available")

@@ -35,8 +35,8 @@ def constructing() -> Iterator[None]:
 def answers(refusal: Any, *, pair: bool = False, vital: bool = False) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Decorate a function so that it logs FRobs errors and returns ``refusal`` instead of raising them.
 
-    RosNotFoundError is still raised. :func:`or_raise` returns the original function. If the docstring has no ``Args``
-    section, the section is added from :mod:`frobs_rl_compat.ros.arguments`.
+    RosNotFoundError is still raised. :func:`or_raise` returns the original function. The docstring's ``Args`` section is
+    added from ``arguments.yaml``.
 
     Args:
         refusal: Return value after an error.

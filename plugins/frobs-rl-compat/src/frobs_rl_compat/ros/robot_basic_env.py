@@ -17,6 +17,7 @@ import gymnasium as gym
 
 from frobs_core.util.errors import EnvironmentCopyError, ResetNeededError
 from frobs_rl_compat.gazebo import launch, physics, world
+from frobs_rl_compat.ros.arguments import describe_arguments
 from frobs_rl_compat.ros.logged_errors import constructing, or_raise, refused
 from frobs_rl_compat.ros.robot_settings import RobotSettings
 from frobs_rl_compat.ros.ros_controllers import reset_controllers_srv
@@ -59,41 +60,6 @@ class RobotBasicEnv(gym.Env[Any, Any]):
     In step mode 1, the simulation runs only while :meth:`_send_action` runs, so the simulated duration of a step is the
     duration of this call multiplied by the real-time factor. In step mode 2, a step always takes ``num_gazebo_steps``
     physics steps.
-
-    Args:
-        launch_gazebo: Whether to launch the simulation with :func:`frobs_rl_compat.ros.ros_gazebo.launch_Gazebo`.
-        gazebo_init_paused: Whether the simulation starts paused.
-        gazebo_use_gui: Whether the simulation opens a window.
-        gazebo_recording: Whether the simulation records its state.
-        gazebo_freq: Rate of the /clock topic [Hz].
-        world_path: Path of a world file.
-        world_pkg: ROS package that contains a world file. Ignored if a path is given.
-        world_filename: Name of the world file in the package.
-        gazebo_max_freq: Maximum real-time factor. 1 is real time, 10 is ten times real time, and 0 is unlimited.
-        gazebo_timestep: Physics time step [s].
-        spawn_robot: Whether to spawn the robot with :func:`frobs_rl_compat.ros.ros_spawn.spawn_model_in_gazebo`.
-        model_name_in_gazebo: Name of the robot in the simulation.
-        namespace: Namespace of the robot's topics and services.
-        pkg_name: ROS package that contains the robot's files.
-        urdf_file: URDF or xacro file of the robot.
-        urdf_folder: Folder that contains the URDF or xacro file, relative to the package.
-        controller_file: YAML file with the controllers' parameters, in the package's ``config`` folder.
-        controller_list: Names of the controllers.
-        urdf_xacro_args: Arguments of the xacro file, such as ``["effort:=true"]``.
-        rob_state_publisher_max_freq: Maximum rate of the state publisher [Hz].
-        rob_st_term: Whether to run the state publisher in an xterm window.
-        model_pos_x: Initial position along x [m].
-        model_pos_y: Initial position along y [m].
-        model_pos_z: Initial position along z [m].
-        model_ori_x: x component of the initial orientation (a unit quaternion). By default, all four components are 0,
-            which means no rotation.
-        model_ori_y: y component of the initial orientation.
-        model_ori_z: z component of the initial orientation.
-        model_ori_w: Scalar component of the initial orientation.
-        reset_controllers: Whether to stop and restart the controllers at each reset.
-        reset_mode: 1 to reset only the models, or 2 to reset the models and the clock.
-        step_mode: 1 to run the simulation while an action is sent, or 2 to advance the simulation by physics steps.
-        num_gazebo_steps: Number of physics steps per environment step in step mode 2.
 
     Attributes:
         info: The ``info`` dictionary of the current step or reset. Hooks may add entries, such as ``is_success``.
@@ -273,6 +239,7 @@ class RobotBasicEnv(gym.Env[Any, Any]):
 
 
 RobotBasicEnv.__init__.__signature__ = inspect.signature(RobotSettings.__init__)  # type: ignore[attr-defined]
+RobotBasicEnv.__doc__ = describe_arguments(RobotBasicEnv)
 
 
 @contextlib.contextmanager

@@ -75,11 +75,7 @@ class RobotSettings:
     num_gazebo_steps: int = 1
 
     def check(self) -> None:
-        """Validate the arguments before any process is started.
-
-        Raises:
-            ConfigurationError: An argument is invalid. The error message names the argument and its valid values.
-        """
+        """Validate the arguments before any process is started."""
         for name in ("reset_mode", "step_mode"):
             if getattr(self, name) not in (1, 2):
                 raise ParameterValueError(name, getattr(self, name), "1 or 2")

@@ -5,10 +5,13 @@ Most functions return whether they succeeded. If a function fails, the reason is
 
 from __future__ import annotations
 
+import inspect
 import time
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from frobs_core.util.errors import ParameterValueError
+from frobs_rl_compat.ros.arguments import with_parameters
 from frobs_rl_compat.ros.logged_errors import answers, or_raise
 from frobs_ros.errors import ServiceError
 from frobs_ros.ros.environment import use_ros
@@ -100,71 +103,50 @@ def switch_controllers_srv(
     )
 
 
-@answers(False, vital=True)
-def start_controllers_srv(
-    start_controllers: Sequence[str],
-    ns: str | None = None,
-    strictness: int = 1,
-    start_asap: bool = False,
-    timeout: float = 3.0,
-) -> bool:
+def _options(ns: str | None = None, strictness: int = 1, start_asap: bool = False, timeout: float = 3.0) -> None:
+    """Parameters that the functions below have in common."""
+
+
+def _switches(*, vital: bool = False) -> Callable[[Callable[..., bool]], Callable[..., bool]]:
+    """Decorate a function that starts or stops controllers."""
+    added = inspect.signature(_options).parameters.values()
+    return lambda function: answers(False, vital=vital)(with_parameters(function, added))
+
+
+@_switches(vital=True)
+def start_controllers_srv(start_controllers: Sequence[str], **options: Any) -> bool:
     """Start controllers that are loaded."""
-    return or_raise(switch_controllers_srv)(start_controllers, [], ns, strictness, start_asap, timeout)
+    return or_raise(switch_controllers_srv)(start_controllers, [], **options)
 
 
-@answers(False)
-def stop_controllers_srv(
-    stop_controllers: Sequence[str],
-    ns: str | None = None,
-    strictness: int = 1,
-    start_asap: bool = False,
-    timeout: float = 3.0,
-) -> bool:
+@_switches()
+def stop_controllers_srv(stop_controllers: Sequence[str], **options: Any) -> bool:
     """Stop controllers."""
-    return or_raise(switch_controllers_srv)([], stop_controllers, ns, strictness, start_asap, timeout)
+    return or_raise(switch_controllers_srv)([], stop_controllers, **options)
 
 
-@answers(False)
-def reset_controllers_srv(
-    reset_controllers: Sequence[str],
-    max_retries: int = 10,
-    ns: str | None = None,
-    strictness: int = 1,
-    start_asap: bool = False,
-    timeout: float = 3.0,
-) -> bool:
+@_switches()
+def reset_controllers_srv(reset_controllers: Sequence[str], max_retries: int = 10, **options: Any) -> bool:
     """Stop and restart controllers."""
     switch = or_raise(switch_controllers_srv)
-    switch([], reset_controllers, ns, strictness, start_asap, timeout, max_retries)
-    return switch(reset_controllers, [], ns, strictness, start_asap, timeout, max_retries)
+    switch([], reset_controllers, **options, max_retries=max_retries)
+    return switch(reset_controllers, [], **options, max_retries=max_retries)
 
 
-@answers(False, vital=True)
-def spawn_controllers_srv(
-    spawn_controllers: Sequence[str],
-    ns: str | None = None,
-    strictness: int = 1,
-    start_asap: bool = False,
-    timeout: float = 3.0,
-) -> bool:
+@_switches(vital=True)
+def spawn_controllers_srv(spawn_controllers: Sequence[str], **options: Any) -> bool:
     """Load and start controllers."""
     for controller in spawn_controllers:
-        or_raise(load_controller_srv)(controller, ns)
-    return or_raise(start_controllers_srv)(spawn_controllers, ns, strictness, start_asap, timeout)
+        or_raise(load_controller_srv)(controller, options.get("ns"))
+    return or_raise(start_controllers_srv)(spawn_controllers, **options)
 
 
-@answers(False)
-def kill_controllers_srv(
-    kill_controllers: Sequence[str],
-    ns: str | None = None,
-    strictness: int = 1,
-    start_asap: bool = False,
-    timeout: float = 3.0,
-) -> bool:
+@_switches()
+def kill_controllers_srv(kill_controllers: Sequence[str], **options: Any) -> bool:
     """Stop and unload controllers."""
-    or_raise(stop_controllers_srv)(kill_controllers, ns, strictness, start_asap, timeout)
+    or_raise(stop_controllers_srv)(kill_controllers, **options)
     for controller in kill_controllers:
-        or_raise(unload_controller_srv)(controller, ns)
+        or_raise(unload_controller_srv)(controller, options.get("ns"))
     return True
 
 

@@ -36,19 +36,7 @@ def ros_node_from_pkg(
     ns: str = "/",
     output: str | None = "log",
 ) -> bool:
-    """Run a node from a ROS package.
-
-    Args:
-        pkg_name: Name of the package.
-        node_name: Name of the node's program in the package.
-        launch_master: Whether to start a ROS master if none responds.
-        launch_master_term: Whether to run a new master in an xterm window.
-        launch_new_term: Whether to run the node in an xterm window.
-        name: Name of the node in the ROS graph. Defaults to the node's own name.
-        ns: Namespace of the node.
-        output: Destination of the node's output: ``"log"`` for a file, ``"screen"`` for the output of this process, or
-            None to discard the output.
-    """
+    """Run a node from a ROS package."""
     if output not in OUTPUTS:
         raise ParameterValueError("output", output, "'log', 'screen' or None")
     program = find_node(pkg_name, node_name)
@@ -61,11 +49,7 @@ def ros_node_from_pkg(
 
 @answers(False)
 def ros_kill_node(node_name: str) -> bool:
-    """End a node by name, regardless of which process started the node.
-
-    Args:
-        node_name: Name of the node in the ROS graph.
-    """
+    """End a node by name, regardless of which process started the node."""
     name = join(node_name)
     silence: RosError | None = None
     try:

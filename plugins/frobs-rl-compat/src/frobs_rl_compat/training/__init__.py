@@ -9,8 +9,9 @@ The classes work with any Gymnasium environment, with or without ROS::
 """
 
 from frobs_rl_compat.training.basic_model import BasicModel
-from frobs_rl_compat.training.errors import LogFolderExistsError, NotTrainedError
+from frobs_rl_compat.training.logs import LogFolderExistsError
 from frobs_rl_compat.training.models import A2C, DDPG, DQN, PPO, SAC, TD3
+from frobs_rl_compat.training.saving import NotTrainedError
 from frobs_rl_compat.training.settings import ROOT, PolicyParams, algorithms_in
 from frobs_rl_compat.training.translate import translate
 

@@ -14,14 +14,13 @@ from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
 from frobs_algos_sb3.model_files import load_model, save_model, write_replay_buffer
-from frobs_core.util.errors import ConfigurationError, MissingSettingError, ModelMismatchError, RunError
+from frobs_core.util.errors import ConfigurationError, MissingSettingError, RunError
 from frobs_rl_compat.gym_api import to_gymnasium
 from frobs_rl_compat.training.building import new_model, saved_model
 from frobs_rl_compat.training.config_files import DEFAULT_PACKAGE, find_config
-from frobs_rl_compat.training.errors import NotTrainedError
 from frobs_rl_compat.training.logs import OnExisting, log_folder, make_logger
 from frobs_rl_compat.training.parameters import current_parameters, load_parameters
-from frobs_rl_compat.training.saving import SaveEvery, free_name
+from frobs_rl_compat.training.saving import NotTrainedError, SaveEvery, free_name
 from frobs_rl_compat.training.settings import FileSettings, read_settings
 
 _log = logging.getLogger("frobs")
@@ -75,7 +74,7 @@ class BasicModel:
         on_existing: OnExisting = "error",
         trust: bool = False,
     ) -> None:
-        self.env = env = to_gymnasium(env)
+        self.env: Any = to_gymnasium(env)
         self.settings: FileSettings | None = None
         self.log_folder: Path | None = None
         self._trust = trust
@@ -83,9 +82,10 @@ class BasicModel:
         self._logging = False
         self._saved: tuple[Path, tuple[int, int]] | None = None
         if load_trained:
-            self.model = self._for_prediction(Path(save_model_path))
+            spaces = (self.env.observation_space, self.env.action_space) if self.env is not None else None
+            self.model = load_model(Path(save_model_path), spaces=spaces, algorithm=self.algorithm, trust=trust)
             return
-        if env is None or log_path is None:
+        if self.env is None or log_path is None:
             raise MissingSettingError(type(self).__name__, "an environment and a log_path")
         path = find_config(config_file_pkg, config_filename or f"{self.algorithm}_config.yaml")
         self._parameters = load_parameters(path, ns)
@@ -95,7 +95,7 @@ class BasicModel:
         self._models = Path(save_model_path)
         params = self.settings.params
         folder = log_folder(Path(log_path) / params.log_folder, on_existing)
-        self.model = saved_model(self.settings, env, self._models, trust) if params.load_model else self._make()
+        self.model = saved_model(self.settings, self.env, self._models, trust) if params.load_model else self._make()
         self.log_folder = folder  # set last, so that no folder is created if an error occurs earlier
         self.set_model_logger()
 
@@ -107,7 +107,8 @@ class BasicModel:
 
         Args:
             model_path: Path of the model file. The suffix ``.zip`` may be omitted.
-            env: The environment, which is optional because the model contains the spaces.
+            env: The environment. It is optional if ``trust`` is set, or if the JSON file that :meth:`save_model` writes
+                is next to the model.
             trust: Whether to open a model that could execute code.
 
         Raises:
@@ -244,21 +245,12 @@ class BasicModel:
 
     def _make(self) -> BaseAlgorithm:
         assert self.settings is not None
-        assert self.env is not None
         return new_model(self.settings, self.env)
-
-    def _for_prediction(self, path: Path) -> BaseAlgorithm:
-        """Open a model for predictions only, and check that it matches the environment, if any."""
-        model = load_model(path, algorithm=self.algorithm, trust=self._trust)
-        for name in ("observation_space", "action_space") if self.env is not None else ():
-            written, real = getattr(model, name), getattr(self.env, name)
-            if type(written) is not type(real) or written.shape != real.shape:
-                raise ModelMismatchError(path, name, written, real)
-        return model
 
     def _write(self, path: Path) -> None:
         assert self.settings is not None
-        save_model(self.model, path, {"frobs_rl": self.settings.model_dump(mode="json")})
+        params, config = self.settings.params.model_dump(mode="json"), self.settings.run_settings()
+        save_model(self.model, path, {"frobs_rl": {"params": params, "algorithm_config": config}})
 
     def _training_settings(self) -> FileSettings:
         if self.settings is None:

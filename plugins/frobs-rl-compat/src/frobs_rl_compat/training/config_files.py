@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -41,10 +42,16 @@ def find_config(package: str | None, filename: str | Path) -> Path:
             "config_file_pkg=None, config_filename='path/to/file.yaml'."
         )
     there = sorted({path.name for folder in folders for path in folder.glob("*.y*ml")})
-    similar = nearest(str(filename), there)
-    hint = f" Did you mean '{similar}'?" if similar else ""
     places = " nor in ".join(str(folder) for folder in folders)
-    raise ConfigurationError(f"'{filename}' is not in {places}.{hint} Available: {', '.join(there) or 'none'}.")
+    raise missing(f"'{filename}' is not in {places}.", str(filename), there)
+
+
+def missing(problem: str, name: str, there: Iterable[str]) -> ConfigurationError:
+    """Return an error about a missing file that suggests the nearest of the available names and lists them."""
+    available = list(there)
+    similar = nearest(name, available)
+    hint = f" Did you mean '{similar}'?" if similar else ""
+    return ConfigurationError(f"{problem}{hint} Available: {', '.join(available) or 'none'}.")
 
 
 def _ros_folders(package: str) -> list[Path]:

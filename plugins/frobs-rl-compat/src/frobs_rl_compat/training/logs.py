@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 from stable_baselines3.common.logger import (
     CSVOutputFormat,
@@ -15,15 +16,28 @@ from stable_baselines3.common.logger import (
     configure,
 )
 
-from frobs_core.util.errors import ParameterValueError
-from frobs_rl_compat.training.errors import LogFolderExistsError
+from frobs_core.util.errors import ParameterValueError, RunError
 
 OnExisting = Literal["error", "increment", "overwrite", "resume"]
 """Ways to handle a log folder that already exists."""
 
-CHOICES = ("error", "increment", "overwrite", "resume")
-
 _OURS = ("progress.csv", "events.out.tfevents.*")
+
+
+class LogFolderExistsError(RunError, ValueError):
+    """The log folder already exists. As in FRobs_RL, this is also a ValueError.
+
+    Args:
+        path: The folder.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        super().__init__(
+            f"the log folder {path} already exists; change log_folder in the YAML file, or choose "
+            "on_existing='increment' "
+            "(use the next free name), 'overwrite' (delete the old logs) or 'resume' (append to the old logs)."
+        )
 
 
 def log_folder(path: Path, on_existing: str) -> Path:
@@ -33,8 +47,8 @@ def log_folder(path: Path, on_existing: str) -> Path:
     ``increment``, the next free name is returned (``TD3_2`` after ``TD3_1``). With ``overwrite``, the folder's logs are
     removed. With ``resume``, new entries are appended to the logs.
     """
-    if on_existing not in CHOICES:
-        raise ParameterValueError("on_existing", on_existing, f"one of {', '.join(CHOICES)}")
+    if on_existing not in get_args(OnExisting):
+        raise ParameterValueError("on_existing", on_existing, f"one of {', '.join(get_args(OnExisting))}")
     if on_existing == "increment":
         return _make_next(path)
     if not path.exists():
@@ -66,8 +80,6 @@ def make_logger(folder: Path) -> Logger:
     table = folder / "progress.csv"
     if not table.exists():
         return configure(str(folder), ["stdout", "csv", "tensorboard"])
-    import sys
-
     formats: list[KVWriter] = [HumanOutputFormat(sys.stdout), ContinuedCSV(table), TensorBoardOutputFormat(str(folder))]
     return Logger(str(folder), formats)
 

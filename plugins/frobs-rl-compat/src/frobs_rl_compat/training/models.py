@@ -36,7 +36,6 @@ class OnPolicyModel(BasicModel):
         if self._il_policy is None:
             return super()._make()
         assert self.settings is not None
-        assert self.env is not None
         return imitated_model(self.settings, self.env, self._il_policy, self._trust)
 
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Mapping
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlparse
@@ -20,7 +19,6 @@ from frobs_ros.errors import RosNotFoundError
 from frobs_ros.ros.environment import use_ros
 from frobs_ros.ros.master import is_online, master_uri
 
-SERVERS = "frobs.parameter_servers"
 _TIMEOUT = 1.0
 
 
@@ -52,19 +50,6 @@ def current_parameters(mapping: Mapping[str, Any], ns: str) -> Mapping[str, Any]
 
 
 def parameter_server() -> Any:
-    """Return an object with ``set_param``, ``has_param`` and ``get_param``, or None if no parameter server is running.
-
-    Other distributions can use the entry-point group ``frobs.parameter_servers`` to register functions that return such
-    an object.
-    """
-    for entry in sorted(entry_points(group=SERVERS), key=lambda entry: entry.name):
-        server = entry.load()()
-        if server is not None:
-            return server
-    return None
-
-
-def ros_parameter_server() -> Any:
     """Return ``rospy``, which has ``set_param``, ``has_param`` and ``get_param``, or None if no master responds.
 
     If no process listens at the master's address, ROS is not imported.

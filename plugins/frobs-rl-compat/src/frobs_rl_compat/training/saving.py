@@ -8,7 +8,12 @@ from pathlib import Path
 
 from stable_baselines3.common.callbacks import BaseCallback
 
-from frobs_core.util.errors import ConfigurationError, nearest
+from frobs_core.util.errors import RunError
+from frobs_rl_compat.training.config_files import missing
+
+
+class NotTrainedError(RunError, ValueError):
+    """The replay buffer cannot be saved before a model has been trained and saved. Also a ValueError."""
 
 
 def free_name(path: Path) -> Path:
@@ -27,12 +32,10 @@ def existing_model(folder: Path, name: str) -> Path:
     """Return the path of the model to train further, or raise an error that lists the existing models."""
     path = folder / f"{name.removesuffix('.zip')}.zip"
     if not path.is_file():
-        there = sorted(file.stem for file in folder.glob("*.zip")) if folder.is_dir() else []
-        similar = nearest(name, there)
-        hint = f" Did you mean '{similar}'?" if similar else ""
-        raise ConfigurationError(
-            f"load_model: {path} does not exist; set model_name to an existing model, or load_model to False.{hint} "
-            f"Available: {', '.join(there) or 'none'}."
+        raise missing(
+            f"load_model: {path} does not exist; set model_name to an existing model, or load_model to False.",
+            name,
+            sorted(file.stem for file in folder.glob("*.zip")),
         )
     return path
 

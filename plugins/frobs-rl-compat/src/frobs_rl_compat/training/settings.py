@@ -3,21 +3,49 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveInt, field_validator
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, PositiveInt, field_validator
 
-from frobs_core.util.errors import ConfigFileError, ConfigurationError, nearest
+from frobs_algos_sb3.a2c import A2CConfig
+from frobs_algos_sb3.config import SampleFrequency, SB3Config
+from frobs_algos_sb3.ddpg import DDPGConfig
+from frobs_algos_sb3.dqn import DQNConfig
+from frobs_algos_sb3.noise import ActionNoiseConfig
+from frobs_algos_sb3.ppo import PPOConfig
+from frobs_algos_sb3.sac import SACConfig
+from frobs_algos_sb3.td3 import TD3Config
+from frobs_core.util.errors import ConfigFileError, ConfigurationError, UnknownParameterError, nearest
 from frobs_core.util.validation import validate
-from frobs_core.util.yaml import ConfigMapping, merge
-from frobs_rl_compat.training.blocks import BLOCKS, WITH_NOISE, WITH_SDE, Block, Strict
+from frobs_core.util.yaml import ConfigMapping, find_origin, load_yaml, merge
+from frobs_rl_compat.training.config_files import DEFAULTS
 
 ROOT = "model_params"
 """Root key of the files."""
 
-ACTIVATIONS = {"relu": "ReLU", "tanh": "Tanh", "elu": "ELU", "selu": "SELU"}
-"""PyTorch's name of each activation function, by its name in the file."""
+CONFIGS: Mapping[str, type[SB3Config]] = {
+    "ppo": PPOConfig,
+    "a2c": A2CConfig,
+    "ddpg": DDPGConfig,
+    "dqn": DQNConfig,
+    "sac": SACConfig,
+    "td3": TD3Config,
+}
+"""Settings class of each algorithm, by algorithm name. In the YAML file, its settings are in ``<name>_params``."""
+
+WITH_SDE = ("ppo", "a2c", "sac")
+"""Algorithms that support state-dependent exploration."""
+
+WITH_NOISE = ("ddpg", "td3", "sac")
+"""Algorithms that support action noise."""
+
+
+class Strict(BaseModel):
+    """Base class of immutable settings that reject unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class PolicyParams(Strict):
@@ -42,124 +70,85 @@ class PolicyParams(Strict):
     def _lower(cls, value: Any) -> Any:
         return value.lower() if isinstance(value, str) else value
 
-    def to_kwargs(self) -> dict[str, Any]:
-        """Return ``policy_kwargs`` for stable-baselines3, or raise ConfigurationError for an abstract extractor."""
-        from stable_baselines3.common import torch_layers
-        from torch import nn, optim
+    def network_settings(self) -> dict[str, Any]:
+        """Return the settings of the networks in a run configuration.
 
+        Raises:
+            ConfigurationError: The features extractor is abstract.
+        """
         if self.features_extractor_class == "BaseFeaturesExtractor":
             raise ConfigurationError(
                 "features_extractor_class cannot be BaseFeaturesExtractor, which is abstract; use FlattenExtractor, "
                 "or CombinedExtractor for Dict observations."
             )
-        return {
-            "net_arch": self.net_arch,
-            "activation_fn": getattr(nn, ACTIVATIONS[self.activation_fn]),
-            "features_extractor_class": getattr(torch_layers, self.features_extractor_class),
-            "optimizer_class": getattr(optim, self.optimizer_class),
-        }
+        is_default = self.features_extractor_class == "FlattenExtractor"
+        return self.model_dump(exclude={"features_extractor_class"} if is_default else None)
 
 
 class SdeParams(Strict):
-    """Settings of state-dependent exploration.
+    """Settings of state-dependent exploration."""
 
-    Attributes:
-        sde_sample_freq: Number of steps after which a new noise matrix is drawn, or −1 to draw one only at the start of
-            an iteration.
-        use_sde_at_warmup: Whether to use state-dependent exploration even before learning starts (SAC).
-    """
-
-    sde_sample_freq: int = Field(default=-1, ge=-1)
-    use_sde_at_warmup: bool = False
+    sde_sample_freq: SampleFrequency = -1
+    use_sde_at_warmup: bool = False  # whether to use it even before learning starts (SAC)
 
 
-class ActionNoiseParams(Strict):
-    """Gaussian noise on actions in [−1, 1], with the same parameters for all components.
+class TrainFrequency(Strict):
+    """Interval between two training rounds of an off-policy algorithm, as a number of steps or episodes."""
 
-    Attributes:
-        mean: Mean of the noise.
-        sigma: Standard deviation of the noise.
-    """
-
-    mean: float = 0.0
-    sigma: NonNegativeFloat = 0.01
+    freq: PositiveInt
+    unit: Literal["step", "episode"]
 
 
 class ModelParams(Strict):
-    """Settings under ``model_params``, except the algorithm's own block.
+    """Settings under ``model_params``, except the algorithm's own settings. The default files contain the defaults."""
 
-    Attributes:
-        training_steps: Number of steps per call of ``train``.
-        save_freq: Number of steps between saves during training, or 0 to save no intermediate models.
-        save_prefix: Name prefix of the models that are saved during training.
-        trained_model_name: Name of the model that is saved at the end of training.
-        save_replay_buffer: Whether to save the replay buffer next to the model at the end of training.
-        load_model: Whether to continue training the model ``model_name``.
-        model_name: Name of a model in the model folder.
-        log_folder: Name of the log folder of this training run.
-        log_interval: Number of episodes (iterations for PPO and A2C) between log entries.
-        reset_num_timesteps: Whether each call of ``train`` counts steps from 0.
-        use_custom_policy: Whether to use ``policy_params`` for new models.
-        policy_params: Settings of the networks.
-        use_sde: Whether to use state-dependent exploration (PPO, A2C, SAC).
-        sde_params: Settings of state-dependent exploration.
-        use_action_noise: Whether to add noise to actions (DDPG, TD3, SAC without ``use_sde``).
-        action_noise: Settings of the action noise.
-    """
-
-    training_steps: PositiveInt = 5000
-    save_freq: NonNegativeInt = 1000
-    save_prefix: str
-    trained_model_name: str = Field("trained_model", min_length=1)
-    save_replay_buffer: bool = False
-    load_model: bool = False
-    model_name: str
-    log_folder: str = Field(min_length=1)
-    log_interval: PositiveInt = 4
-    reset_num_timesteps: bool = False
-    use_custom_policy: bool = False
-    policy_params: PolicyParams = PolicyParams()
-    use_sde: bool = False
+    training_steps: PositiveInt  # per call of ``train``
+    save_freq: NonNegativeInt  # steps between saves during training, or 0 to save no intermediate models
+    save_prefix: str  # name prefix of the models that are saved during training
+    trained_model_name: str = Field(min_length=1)  # name of the model that is saved at the end of training
+    save_replay_buffer: bool  # whether to save the replay buffer next to the model at the end of training
+    load_model: bool  # whether to continue training the model ``model_name``
+    model_name: str  # name of a model in the model folder
+    log_folder: str = Field(min_length=1)  # name of the log folder of this training run
+    log_interval: PositiveInt  # episodes (iterations for PPO and A2C) between log entries
+    reset_num_timesteps: bool  # whether each call of ``train`` counts steps from 0
+    use_custom_policy: bool  # whether to use ``policy_params`` for new models
+    policy_params: PolicyParams
+    use_sde: bool = False  # whether to use state-dependent exploration (PPO, A2C, SAC)
     sde_params: SdeParams = SdeParams()
-    use_action_noise: bool = False
-    action_noise: ActionNoiseParams = ActionNoiseParams()
+    use_action_noise: bool = False  # whether to add noise to actions (DDPG, TD3, SAC without ``use_sde``)
+    action_noise: ActionNoiseConfig = ActionNoiseConfig()
 
 
-class FileSettings(Strict):
-    """Settings from a file for one algorithm. ``unused`` lists the keys that do not affect the algorithm."""
+@dataclass(frozen=True)
+class FileSettings:
+    """Settings from a file for one algorithm."""
 
     algorithm: str
-    params: ModelParams
-    block: Block
-    unused: tuple[str, ...] = ()
+    params: ModelParams  # settings that do not belong to the algorithm
+    config: SB3Config  # settings of the algorithm, of which those that FRobs_RL does not have are unset
+    unused: tuple[str, ...] = ()  # keys in the file that do not affect the algorithm
 
-    def sde(self) -> dict[str, Any]:
-        """Return keyword arguments for state-dependent exploration, or ``{}`` if the algorithm does not support it."""
-        if self.algorithm not in WITH_SDE:
-            return {}
-        params = self.params.sde_params.model_dump()
-        if self.algorithm != "sac":
-            del params["use_sde_at_warmup"]
-        return {"use_sde": self.params.use_sde, **params}
+    def run_settings(self) -> dict[str, Any]:
+        """Return the algorithm's settings as a run configuration contains them."""
+        return self.config.model_dump(mode="json", exclude_unset=True)
 
-    def has_action_noise(self) -> bool:
-        """Return whether noise is added to actions. State-dependent exploration replaces this noise."""
-        return self.params.use_action_noise and not self.sde().get("use_sde", False)
+    def model_kwargs(self) -> dict[str, Any]:
+        """Return keyword arguments of the algorithm's class in stable-baselines3, except for the action noise."""
+        settings, kwargs = self.run_settings(), self.config.model_kwargs()
+        if "policy_kwargs" in settings:
+            kwargs["policy_kwargs"] = {key: kwargs["policy_kwargs"][key] for key in settings["policy_kwargs"]}
+        return {key: kwargs[key] for key in settings if key in kwargs}
 
 
 def algorithms_in(mapping: Mapping[str, Any]) -> list[str]:
     """Return the algorithms that have a block in a file."""
     params = mapping.get(ROOT)
-    return [name for name in BLOCKS if isinstance(params, Mapping) and f"{name}_params" in params]
+    return [name for name in CONFIGS if isinstance(params, Mapping) and f"{name}_params" in params]
 
 
 def read_settings(mapping: Mapping[str, Any], algorithm: str, path: Path | str = "the parameters") -> FileSettings:
-    """Validate a file for one algorithm and add FRobs_RL's defaults. Errors contain the file's ``path``.
-
-    Raises:
-        ConfigFileError: ``model_params`` or the algorithm's block is missing, or a key or value is invalid.
-        ConfigurationError: A key or value is invalid, and the mapping was not read from a file.
-    """
+    """Validate a file for one algorithm and add FRobs_RL's defaults. Errors contain the file's ``path``."""
     given = mapping.get(ROOT)
     if not isinstance(given, Mapping):
         similar = nearest(ROOT, mapping)
@@ -172,22 +161,37 @@ def read_settings(mapping: Mapping[str, Any], algorithm: str, path: Path | str =
         text = f"it has {', '.join(blocks)}" if blocks else f"'{similar}' may be a misspelling" if similar else "add it"
         raise ConfigFileError(path, None, f"has no mapping '{block_name}' under '{ROOT}'; {text}.")
     others = tuple(f"{name}_params" for name in algorithms_in(mapping) if name != algorithm)
-    origins = given.origins if isinstance(given, ConfigMapping) else {}
-    shared = {key: value for key, value in given.items() if key not in (block_name, *others)}
-    owner = f"'{ROOT}'"
-    params = validate(ModelParams, merge(_defaults(algorithm), ConfigMapping(shared, origins)), owner)
-    block = validate(BLOCKS[algorithm], given[block_name], f"'{block_name}'")
-    return FileSettings(algorithm=algorithm, params=params, block=block, unused=(*_unused(shared, algorithm), *others))
+    defaults = load_yaml(DEFAULTS / f"{algorithm}_config.yaml")[ROOT]
+    merged = merge(defaults, given)
+    block = merged.pop(block_name)
+    for name in others:
+        del merged[name]
+    for key in block:
+        if key not in defaults[block_name]:
+            error = UnknownParameterError(f"'{block_name}'", key, defaults[block_name])
+            origin = find_origin(block, [key])
+            raise ConfigFileError(*origin, str(error)) if origin else error
+    params = validate(ModelParams, merged, f"'{ROOT}'")
+    config = validate(CONFIGS[algorithm], _translate(algorithm, params, block), f"'{block_name}'")
+    unused = (*_unused(given, algorithm), *others)
+    return FileSettings(algorithm=algorithm, params=params, config=config, unused=unused)
 
 
-def _defaults(algorithm: str) -> dict[str, Any]:
-    return {
-        "save_prefix": f"{algorithm}_model",
-        "model_name": f"{algorithm}_model_5000_steps",
-        "log_folder": f"{algorithm.upper()}_1",
-        "use_sde": algorithm == "sac",
-        "use_action_noise": algorithm in WITH_NOISE,
-    }
+def _translate(algorithm: str, params: ModelParams, block: ConfigMapping) -> ConfigMapping:
+    """Return the algorithm's settings in a run configuration, which disable the scaling of observations."""
+    config = merge(block, {"scale_observation": False})
+    if "train_freq" in block:
+        frequency = validate(TrainFrequency, block["train_freq"], f"'train_freq' of '{algorithm}_params'")
+        config["train_freq"] = {"frequency": frequency.freq, "unit": frequency.unit}
+    if algorithm in WITH_SDE:
+        sde = params.sde_params.model_dump(exclude=None if algorithm == "sac" else {"use_sde_at_warmup"})
+        config |= {"use_sde": params.use_sde, **sde}
+    if algorithm in WITH_NOISE:  # state-dependent exploration replaces action noise
+        has_noise = params.use_action_noise and not config.get("use_sde")
+        config["action_noise"] = params.action_noise.model_dump(include={"mean", "sigma"}) if has_noise else None
+    if params.use_custom_policy:
+        config["policy_kwargs"] = params.policy_params.network_settings()
+    return config
 
 
 def _unused(given: Mapping[str, Any], algorithm: str) -> list[str]:

@@ -7,18 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from frobs_core.util.errors import ConfigFileError
-from frobs_rl_compat.training.blocks import WITH_NOISE
-from frobs_rl_compat.training.settings import ROOT, FileSettings, read_settings
+from frobs_rl_compat.training.settings import ROOT, read_settings
 
 _ELSEWHERE = (
-    "save_prefix",
-    "trained_model_name",
-    "save_replay_buffer",
-    "load_model",
-    "model_name",
-    "log_folder",
-    "log_interval",
-    "reset_num_timesteps",
+    *("save_prefix", "trained_model_name", "save_replay_buffer", "load_model", "model_name"),
+    *("log_folder", "log_interval", "reset_num_timesteps"),
 )
 """Keys that have no effect on a run, because a run chooses its own file names and logs."""
 
@@ -41,7 +34,7 @@ def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[d
     config: dict[str, Any] = {"algorithm": algorithm, "num_envs": 1, "steps": params.training_steps}
     if params.save_freq:
         config["checkpoint_every"] = params.save_freq
-    config["algorithm_config"] = algorithm_config(settings)
+    config["algorithm_config"] = settings.run_settings()
     unused = [key for key in mapping[ROOT] if key in (*_ELSEWHERE, *settings.unused)]
     note = (
         f"{path}: a run chooses its own file names and logs, so these keys have no effect: {', '.join(unused)}."
@@ -49,21 +42,3 @@ def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[d
         else ""
     )
     return config, note
-
-
-def algorithm_config(settings: FileSettings) -> dict[str, Any]:
-    """Return the algorithm's settings for ``frobs train``. These settings disable the scaling of observations."""
-    params = settings.params
-    config: dict[str, Any] = {**settings.block.model_dump(), "scale_observation": False}
-    if "train_freq" in config:
-        config["train_freq"] = {"frequency": config["train_freq"]["freq"], "unit": config["train_freq"]["unit"]}
-    config |= settings.sde()
-    if settings.algorithm in WITH_NOISE:
-        config["action_noise"] = params.action_noise.model_dump() if settings.has_action_noise() else None
-    if params.use_custom_policy:
-        policy = params.policy_params
-        policy.to_kwargs()  # this call raises an error for abstract classes
-        config["policy_kwargs"] = policy.model_dump()
-        if policy.features_extractor_class == "FlattenExtractor":  # the default for vectors
-            del config["policy_kwargs"]["features_extractor_class"]
-    return config

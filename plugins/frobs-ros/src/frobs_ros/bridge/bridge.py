@@ -2,30 +2,32 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
+from frobs_ros.bridge import LOG
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.loop import Loop
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.world import NANO, World
 
 _Result = TypeVar("_Result")
-LOG = logging.getLogger("frobs.bridge")
 _LONGEST = 0.02  # maximum simulated time [s] between two checks for requests
 
 
 class Bridge:
     """A running world and the components of its models.
 
+    After the simulation thread has started, only this thread may use the world or call methods other than :meth:`call`.
+
     Args:
         make_components: Function that creates the components of a new model, such as plugins and a controller manager.
 
     Attributes:
-        world: The simulated world. Only the simulation thread may access the world. Other threads must use
-            :meth:`call`.
+        world: The simulated world.
         ode: ODE solver parameters (gazebo_msgs/ODEPhysics). The parameters are stored but have no effect on the
+            simulation.
+        lights: Properties of each light (gazebo_msgs/SetLightPropertiesRequest), by name. They have no effect on the
             simulation.
     """
 
@@ -39,6 +41,7 @@ class Bridge:
         self._components: dict[str, list[Component]] = {}
         self.max_update_rate = 1000.0
         self.ode: Any = None
+        self.lights: dict[str, Any] = {}
 
     @property
     def speed(self) -> float:
@@ -59,10 +62,7 @@ class Bridge:
         self._general.append(component)
 
     def add(self, model: Model) -> None:
-        """Add a model and its plugins to the world.
-
-        Call this method from the simulation thread, or before the thread starts.
-        """
+        """Add a model and its plugins to the world."""
         self.world.add(model)
         try:
             self._components[model.name] = list(self._make_components(self, model))
@@ -75,7 +75,7 @@ class Bridge:
         self._components[name] += components
 
     def remove(self, name: str) -> None:
-        """Remove a model and its plugins from the world. Call only from the simulation thread."""
+        """Remove a model and its plugins from the world."""
         self.world.model(name)
         for component in self._components.pop(name, []):
             component.close()
@@ -83,8 +83,6 @@ class Bridge:
 
     def step(self, steps: int) -> None:
         """Advance the simulation by a number of physics steps and publish all messages that become due.
-
-        Call only from the simulation thread.
 
         Raises:
             SimulationError: The engine failed.
@@ -95,22 +93,19 @@ class Bridge:
         self.tell()
 
     def advance(self, most: float) -> None:
-        """Advance the simulation by up to ``most`` seconds, rounded to whole physics steps, but by at least one step.
-
-        Only the simulation thread calls this method.
-        """
+        """Advance the simulation by up to ``most`` seconds, rounded to whole physics steps, but by at least one step."""
         self._go(max(1, round(min(most, _LONGEST) / self.world.timestep)))
 
     def set_paused(self, paused: bool) -> None:
-        """Pause or unpause simulated time. Call only from the simulation thread."""
+        """Pause or unpause simulated time."""
         self.loop.set_paused(paused)
         if paused:
             self.tell()
 
     def reset(self, *, time: bool) -> None:
-        """Reset the world and all components. Call only from the simulation thread."""
+        """Reset the world and all components."""
         self.world.reset(time=time)
-        for component in self._all():
+        for component in self._active():
             component.reset(self.world)
         self.loop.keep_pace()
         self.tell()
@@ -136,9 +131,12 @@ class Bridge:
     def _all(self) -> list[Component]:
         return [*self._general, *(component for components in self._components.values() for component in components)]
 
+    def _active(self) -> list[Component]:
+        return [active for component in self._all() for active in component.active()]
+
     def _go(self, most: int) -> None:
         """Advance by at most ``most`` steps, stop early if a component is due, and let all due components publish."""
-        world, components = self.world, self._all()
+        world, components = self.world, self._active()
         due = [time for component in components if (time := component.due_ns()) is not None]
         change = world.forces.next_change_ns(world.time_ns)
         steps = min([most, *(world.steps_until(time) for time in [*due, *([] if change is None else [change])])])

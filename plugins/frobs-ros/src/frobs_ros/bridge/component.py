@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from frobs_ros.bridge.world import NANO, World
+from frobs_ros.messages.types import find_type
 
 
 class Component:
@@ -22,15 +24,29 @@ class Component:
         self._last_stamp_ns = -1
         self._topics: list[Any] = []
 
-    def own(self, topic: Any) -> Any:
-        """Return the given publisher or subscriber, and store it so that :meth:`close` unregisters it."""
-        self._topics.append(topic)
-        return topic
+    def publisher(self, topic: str, kind: str, queue_size: int = 1, *, latch: bool = False) -> Any:
+        """Return a publisher of messages of a type such as ``"nav_msgs/Odometry"``, until :meth:`close` is called."""
+        import rospy
 
-    def next_stamp(self, world: World) -> Any:
-        """Return a ``rospy.Time`` stamp for the current time. All stamps are unique until :meth:`reset` is called."""
+        message = find_type(kind)
+        self._topics.append(rospy.Publisher(topic, message, queue_size=queue_size, latch=latch, tcp_nodelay=True))
+        return self._topics[-1]
+
+    def subscribe(self, topic: str, kind: str, callback: Callable[[Any], None], queue_size: int = 1) -> None:
+        """Call a function with each message of a type such as ``"nav_msgs/Odometry"``, until :meth:`close` is called."""
+        import rospy
+
+        message = find_type(kind)
+        self._topics.append(rospy.Subscriber(topic, message, callback, queue_size=queue_size, tcp_nodelay=True))
+
+    def header(self, world: World, frame: str = "") -> Any:
+        """Return a ``std_msgs/Header`` for the current time. All stamps are unique until :meth:`reset` is called."""
         self._last_stamp_ns = max(world.time_ns, self._last_stamp_ns + 1)
-        return stamp(self._last_stamp_ns)
+        return find_type("std_msgs/Header")(stamp=stamp(self._last_stamp_ns), frame_id=frame)
+
+    def active(self) -> Iterable[Component]:
+        """Return the components that run: this component, or the running members of a group."""
+        return (self,)
 
     def publish_no_more(self) -> None:
         """Stop publishing permanently."""

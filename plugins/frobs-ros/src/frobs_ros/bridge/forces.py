@@ -12,48 +12,43 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class JointEffort:
-    """A temporary effort on a joint.
+class Force:
+    """A temporary force on a part of a model.
 
     Attributes:
-        effort: [N·m or N]
-        start_ns: Start of the effort in simulated time [ns].
-        end_ns: End of the effort in simulated time [ns], or None if the effort lasts until a client clears it.
+        part: Name of the link or joint.
+        start_ns: Start of the force in simulated time [ns].
+        end_ns: End of the force in simulated time [ns], or None if the force lasts until a client clears it.
     """
 
     model: str
-    joint: str
-    effort: float
+    part: str
     start_ns: int
     end_ns: int | None
 
 
 @dataclass(frozen=True)
-class BodyWrench:
-    """A force and a torque at a link's center of mass, in the world frame.
+class JointEffort(Force):
+    """A temporary effort on a joint [N·m or N]."""
 
-    Attributes:
-        force: (3,) [N]
-        torque: (3,) [N·m]
-        start_ns: Start of the wrench in simulated time [ns].
-        end_ns: End of the wrench in simulated time [ns], or None if the wrench lasts until a client clears it.
-    """
+    effort: float
 
-    model: str
-    link: str
+
+@dataclass(frozen=True)
+class BodyWrench(Force):
+    """A force, (3,) [N], and a torque, (3,) [N·m], at a link's center of mass, in the world frame."""
+
     force: Floats
     torque: Floats
-    start_ns: int
-    end_ns: int | None
 
 
 class Forces:
     """All current and future forces."""
 
     def __init__(self) -> None:
-        self._all: list[JointEffort | BodyWrench] = []
+        self._all: list[Force] = []
 
-    def add(self, force: JointEffort | BodyWrench) -> None:
+    def add(self, force: Force) -> None:
         """Add a force."""
         self._all.append(force)
 
@@ -61,17 +56,13 @@ class Forces:
         """Remove all forces."""
         self._all.clear()
 
-    def clear_link(self, model: str, link: str) -> None:
-        """Remove the forces on a link."""
-        self._all = [f for f in self._all if not (isinstance(f, BodyWrench) and (f.model, f.link) == (model, link))]
-
-    def clear_joint(self, model: str, joint: str) -> None:
-        """Remove the efforts on a joint."""
-        self._all = [f for f in self._all if not (isinstance(f, JointEffort) and (f.model, f.joint) == (model, joint))]
-
-    def drop_model(self, model: str) -> None:
-        """Remove all forces on a deleted model."""
-        self._all = [force for force in self._all if force.model != model]
+    def remove(self, model: str, part: str | None = None, kind: type[Force] = Force) -> None:
+        """Remove the forces of a kind on a model, or only the forces on one of its links or joints."""
+        self._all = [
+            force
+            for force in self._all
+            if not (isinstance(force, kind) and force.model == model and part in (None, force.part))
+        ]
 
     def next_change_ns(self, now_ns: int) -> int | None:
         """Return the next time at which a force begins or ends [ns], or None if there is no such time."""
@@ -92,9 +83,9 @@ class Forces:
                 continue
             model = world.models[force.model]
             if isinstance(force, JointEffort):
-                model.joint_targets.efforts[model.joints[force.joint]] += force.effort
-            else:
-                body = f"{model.key}/{force.link}"
+                model.joint_targets.efforts[model.joints[force.part]] += force.effort
+            elif isinstance(force, BodyWrench):
+                body = f"{model.key}/{force.part}"
                 linear, angular = wrenches.get(body, (0.0, 0.0))
                 wrenches[body] = linear + force.force, angular + force.torque
         assert world.simulation is not None

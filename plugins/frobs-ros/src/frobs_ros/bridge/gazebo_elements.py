@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass, field
+from typing import ClassVar
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -23,14 +24,70 @@ SENSORS = (*LIDARS, *CAMERAS, "imu", "contact")
 """Sensor types that the bridge supports in a ``<sensor>`` element."""
 
 
+class Settings:
+    """Settings of a plugin or a sensor."""
+
+    name: str
+    title: ClassVar[str]
+
+    def find(self, name: str) -> str | None:
+        """Return the text of a setting, or None if the setting is missing."""
+        raise NotImplementedError
+
+    def text(self, name: str, default: str = "") -> str:
+        """Return the text of a setting, or ``default`` if there is no text."""
+        return (self.find(name) or default).strip()
+
+    def number(self, name: str, default: float) -> float:
+        """Return the number in a setting, or ``default`` if there is no text.
+
+        Raises:
+            ConfigurationError: The text is not a number.
+        """
+        text = self.text(name)
+        try:
+            (number,) = parse_numbers(text) if text else (default,)
+        except ValueError:
+            number = math.nan
+        if math.isnan(number):
+            raise self.error(f"expected a number in '{name}', got '{text}'.")
+        return number
+
+    def numbers(self, name: str, count: int) -> list[float]:
+        """Return the ``count`` numbers in a setting, or zeros if there is no text.
+
+        Raises:
+            ConfigurationError: The text does not consist of ``count`` finite numbers.
+        """
+        text = self.text(name)
+        try:
+            numbers = list(parse_numbers(text)) or [0.0] * count
+        except ValueError:
+            numbers = []
+        if len(numbers) != count or not all(map(math.isfinite, numbers)):
+            raise self.error(f"expected {count} finite numbers in '{name}', got '{text}'.")
+        return numbers
+
+    def says(self, name: str, default: bool) -> bool:
+        """Return whether a setting is true, or ``default`` if there is no text."""
+        text = self.text(name).lower()
+        return text in ("1", "true") if text else default
+
+    def error(self, reason: str) -> GazeboElementError:
+        """Return an error whose message contains the name of the plugin or sensor."""
+        return GazeboElementError(f"the {self.title} '{self.name}'", reason)
+
+
 @dataclass(frozen=True)
-class SensorElement:
-    """A ``<sensor>`` element of a model file.
+class SensorElement(Settings):
+    """A ``<sensor>`` element of a model file. Its settings are named by their path in the element.
 
     Attributes:
         kind: Value of the ``type`` attribute, such as ``"camera"``.
         link: Name of the link to which the sensor is attached.
     """
+
+    title: ClassVar[str] = "sensor"
 
     name: str
     kind: str
@@ -58,33 +115,13 @@ class SensorElement:
         x, y, z, *rpy = self.numbers("pose", 6)
         return Place(np.array([x, y, z]), quat_from_rpy(rpy))
 
-    def text(self, path: str, default: str = "") -> str:
-        """Return the text at ``path`` within the element, or ``default`` if there is no text."""
-        return (self.element.findtext(path) or default).strip()
-
-    def number(self, path: str, default: float) -> float:
-        """Return the number at ``path`` within the element, or ``default`` if there is no text.
-
-        Raises:
-            ConfigurationError: The text is not a number.
-        """
-        return _number(self.text(path), default, f"the sensor '{self.name}'", path)
-
-    def numbers(self, path: str, count: int) -> list[float]:
-        """Return ``count`` numbers from ``path`` within the element, or zeros if there is no text.
-
-        Raises:
-            ConfigurationError: The text does not consist of ``count`` finite numbers.
-        """
-        return _numbers(self.text(path), count, f"the sensor '{self.name}'", path)
-
-    def error(self, reason: str) -> GazeboElementError:
-        """Return an error whose message contains the sensor's name."""
-        return GazeboElementError(f"the sensor '{self.name}'", reason)
+    def find(self, name: str) -> str | None:
+        """Return the text at a path, or None if there is no such element."""
+        return self.element.findtext(name)
 
 
 @dataclass(frozen=True)
-class Plugin:
+class Plugin(Settings):
     """A plugin that a model file defines.
 
     Attributes:
@@ -94,36 +131,42 @@ class Plugin:
         sensor: Sensor that the plugin belongs to, or None for a plugin of the model.
     """
 
+    title: ClassVar[str] = "plugin"
+
     name: str
     file: str
     parameters: dict[str, str] = field(default_factory=dict)
     link: str = ""
     sensor: SensorElement | None = None
 
-    def text(self, *tags: str, default: str = "") -> str:
-        """Return the value of the first parameter in ``tags`` that is set, or ``default``."""
-        return next((self.parameters[tag] for tag in tags if self.parameters.get(tag)), default)
+    def find(self, name: str) -> str | None:
+        """Return a parameter, or None if it is not set."""
+        return self.parameters.get(name)
 
-    def number(self, *tags: str, default: float) -> float:
-        """Return the number of the first parameter in ``tags`` that is set, or ``default``.
+    def owner(self, element: str, kinds: Container[str]) -> SensorElement:
+        """Return the sensor that the plugin belongs to.
 
-        Raises:
-            ConfigurationError: The parameter is not a number.
-        """
-        return _number(self.text(*tags), default, f"the plugin '{self.name}'", tags[0])
-
-    def numbers(self, tag: str, count: int) -> list[float]:
-        """Return a parameter as ``count`` numbers, or zeros if it is not set.
+        Args:
+            element: Description of the required sensor, for the error message.
+            kinds: Types of sensors to which the plugin may belong.
 
         Raises:
-            ConfigurationError: The parameter does not consist of ``count`` finite numbers.
+            ConfigurationError: The plugin does not belong to such a sensor.
         """
-        return _numbers(self.text(tag), count, f"the plugin '{self.name}'", tag)
+        if self.sensor is None or self.sensor.kind not in kinds:
+            raise self.error(f"the plugin must be inside a {element}.")
+        return self.sensor
 
-    def says(self, tag: str, default: bool) -> bool:
-        """Return whether a parameter is true, or ``default`` if it is not set."""
-        text = self.text(tag).lower()
-        return text in ("1", "true") if text else default
+    def lowest_rate(self, name: str, default: float, usual: float) -> float:
+        """Return the lower of the sensor's rate and the rate in a parameter [Hz].
+
+        Args:
+            name: Name of the parameter.
+            default: Value if the parameter is not set. Rates of 0 are ignored.
+            usual: Result if neither rate is set.
+        """
+        rates = (self.sensor.rate if self.sensor else 0.0), self.number(name, default)
+        return min((rate for rate in rates if rate > 0.0), default=usual)
 
 
 def read_plugins(elements: Iterable[Element]) -> Iterator[Plugin]:
@@ -150,26 +193,6 @@ def read_lidars(elements: Iterable[Element]) -> dict[str, Lidar]:
         ConfigurationError: A lidar has invalid parameters or is rotated relative to its link.
     """
     return {sensor.name: _lidar(sensor) for sensor in read_sensors(elements) if sensor.kind in LIDARS}
-
-
-def _number(text: str | None, default: float, element: str, name: str) -> float:
-    try:
-        (number,) = parse_numbers(text) if text else (default,)
-    except ValueError:
-        number = math.nan
-    if math.isnan(number):
-        raise GazeboElementError(element, f"expected a number in '{name}', got '{text}'.")
-    return number
-
-
-def _numbers(text: str, count: int, element: str, name: str) -> list[float]:
-    try:
-        numbers = list(parse_numbers(text)) or [0.0] * count
-    except ValueError:
-        numbers = []
-    if len(numbers) != count or not all(map(math.isfinite, numbers)):
-        raise GazeboElementError(element, f"expected {count} finite numbers in '{name}', got '{text}'.")
-    return numbers
 
 
 def _plugin(element: Element, link: str, sensor: SensorElement | None = None) -> Plugin:

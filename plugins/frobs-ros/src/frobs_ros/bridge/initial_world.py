@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-import logging
-import math
 from collections.abc import Sequence
 from typing import Any
 
 from frobs_core.description import Robot
 from frobs_core.kernel.robot_config import RobotConfig
+from frobs_ros.bridge import LOG
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.controllers.manager import ControllerManager
-from frobs_ros.bridge.differential_drive import Base
+from frobs_ros.bridge.differential_drive import DriveSettings
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.model_components import add_manager
-from frobs_ros.bridge.plugins.differential_drive import DrivePlugin, DriveSettings
+from frobs_ros.bridge.plugins.differential_drive import DrivePlugin
 from frobs_ros.bridge.plugins.sensors import Scan
 from frobs_ros.bridge.poses import WORLD
 from frobs_ros.bridge.sdf import WorldFile
 from frobs_ros.bridge.transforms import Transforms
 from frobs_ros.bridge.urdf import describe_robot, with_file_uris
-
-LOG = logging.getLogger("frobs.bridge")
 
 STATES, TRAJECTORY, GROUP = "joint_state_controller", "arm_controller", "joint_group_position_controller"
 """Names of the default controllers of a robot whose file contains no transmissions."""
@@ -58,8 +55,7 @@ def set_up_robot(bridge: Bridge, model: Model, description: Robot) -> None:
     import rospy
 
     prefix = f"/{model.namespace}" if model.namespace else ""
-    assert model.description.placement is not None
-    file = model.description.placement.model
+    file = model.placement().model
     if file.format == "urdf":
         rospy.set_param(f"{prefix}/robot_description", with_file_uris(file.xml))
     else:
@@ -81,31 +77,23 @@ def add_models(bridge: Bridge, file: WorldFile) -> None:
 
 
 def _components(bridge: Bridge, model: Model, robot: Robot, prefix: str) -> Sequence[Component]:
-    placement = model.description.placement
-    assert placement is not None
+    file = model.placement().model
     components: list[Component] = []
-    if placement.model.format == "urdf":
-        components.append(Transforms(model, placement.model.xml))
+    if file.format == "urdf":
+        components.append(Transforms(model, file.xml))
     wheels: tuple[str, ...] = ()
     drive = robot.differential_drive
     if drive is not None:
         wheels = drive.left + drive.right
-        base = Base(
-            left=tuple(model.joints[joint] for joint in drive.left),
-            right=tuple(model.joints[joint] for joint in drive.right),
-            separation=drive.separation,
-            radius=drive.wheel_radius,
-            max_linear=drive.max_linear_velocity,
-            max_angular=drive.max_angular_velocity,
-            stiff=robot.gains is None,
-            linear_acceleration=drive.max_linear_acceleration or math.inf,
-            angular_acceleration=drive.max_angular_acceleration or math.inf,
-        )
-        root = placement.model.root
         settings = DriveSettings(
-            command=f"{prefix}/cmd_vel", odom=f"{prefix}/odom", frame="odom", child=root, rate=50.0
+            wheels=drive,
+            command=f"{prefix}/cmd_vel",
+            odom=f"{prefix}/odom",
+            frame="odom",
+            child=file.root,
+            stiff=robot.gains is None,
         )
-        components.append(DrivePlugin(bridge.world, model, base, settings))
+        components.append(DrivePlugin(bridge.world, model, settings))
     for name, lidar in robot.lidars.items():
         components.append(Scan(model, name, f"{prefix}/{'scan' if len(robot.lidars) == 1 else name}", lidar.frame))
     if not model.description.has_transmissions:

@@ -92,22 +92,19 @@ class Loop:
                 return
             self._do(*item)
 
+    def _lag(self) -> float:
+        """Return how far the simulation is behind its pace [s], which is negative if the simulation is ahead."""
+        speed, (wall, simulated) = self._work.speed, self._began
+        return time.monotonic() - wall - (self._work.time - simulated) / speed if speed > 0.0 else 0.0
+
     def _patience(self) -> float | None:
         """Return how long to wait for requests [s], or None for no limit."""
-        if self._paused:
-            return None
-        speed = self._work.speed
-        if speed <= 0.0:
-            return 0.0
-        wall, simulated = self._began
-        return max(0.0, wall + (self._work.time - simulated) / speed - time.monotonic())
+        return None if self._paused else max(0.0, -self._lag())
 
     def _advance(self) -> None:
         if self._paused:
             return
-        speed = self._work.speed
-        wall, simulated = self._began
-        lag = time.monotonic() - wall - (self._work.time - simulated) / speed if speed > 0.0 else 0.0
+        speed, lag = self._work.speed, self._lag()
         if lag > _MOST_LAG:
             self.keep_pace()
         try:
@@ -126,10 +123,7 @@ class Loop:
                 raise
 
     def _refuse_the_rest(self) -> None:
-        while True:
-            try:
-                item = self._waiting.get_nowait()
-            except queue.Empty:
-                return
+        while not self._waiting.empty():
+            item = self._waiting.get()
             if item is not None:
                 item[1].set_exception(SimulationError("the simulation has been shut down."))

@@ -110,11 +110,16 @@ class Model:
         placement = self.description.placement
         return () if placement is None else tuple(joint.name for joint in placement.model.joints)
 
+    @property
+    def handle(self) -> RobotHandle:
+        """Handle of the robot, which must be part of the simulation. Rebuilding the simulation creates a new handle."""
+        assert self.robot is not None
+        return self.robot
+
     def placement(self) -> Placement:
-        """Return the model's placement in a simulation at its spawn pose."""
-        spawned_placement = self.description.placement
-        assert spawned_placement is not None
-        return replace(spawned_placement, pose=self.spawned.to_pose())
+        """Return the placement of a moving model at its spawn pose."""
+        assert self.description.placement is not None
+        return replace(self.description.placement, pose=self.spawned.to_pose())
 
     def static_bodies(self) -> dict[str, Body]:
         """Return a static model's bodies at their current poses, keyed by names that are unique in the world."""
@@ -170,12 +175,10 @@ class Model:
 
     def state(self) -> tuple[Place, Motion, Floats, Floats]:
         """Return the pose, the velocity, the (dof,) joint positions and the (dof,) joint velocities."""
-        robot = self.robot
-        assert robot is not None
+        robot = self.handle
         return self.place(), self.motion(), robot.joint_positions[0].copy(), robot.joint_velocities[0].copy()
 
     def write_state(self, place: Place, motion: Motion, positions: Floats, velocities: Floats) -> None:
         """Restore a state that :meth:`state` returned."""
-        assert self.robot is not None
         self.put(place, motion)
-        self.robot.write_joint_state(positions[None], velocities[None])
+        self.handle.write_joint_state(positions[None], velocities[None])

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from frobs_core.util.errors import check_name
+from frobs_ros.bridge import LOG
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.controllers.manager import ControllerManager
@@ -16,12 +16,10 @@ from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.plugins.cameras import CameraTopics
 from frobs_ros.bridge.plugins.contacts import BumperTopic
 from frobs_ros.bridge.plugins.depth import DepthTopics
-from frobs_ros.bridge.plugins.differential_drive import DrivePlugin, read_diff_drive, read_kobuki, topic
-from frobs_ros.bridge.plugins.imu import ImuTopic, read_imu, read_imu_sensor
+from frobs_ros.bridge.plugins.differential_drive import make_diff_drive, make_kobuki
+from frobs_ros.bridge.plugins.imu import ImuTopic
 from frobs_ros.bridge.plugins.sensors import Scan, Truth
-from frobs_ros.errors import GazeboElementError
-
-LOG = logging.getLogger("frobs.bridge")
+from frobs_ros.ros.names import resolve
 
 
 def make_components(bridge: Bridge, model: Model) -> Sequence[Component]:
@@ -36,24 +34,24 @@ def make_components(bridge: Bridge, model: Model) -> Sequence[Component]:
     components: list[Component] = []
     try:
         for plugin in read_plugins(model.description.elements):
-            space = plugin.text("robotNamespace", "ns", default=model.namespace).strip("/")
-            make = PLUGINS.get(plugin.file)
-            if make is None:
+            space = plugin.text("robotNamespace", plugin.text("ns", model.namespace)).strip("/")
+            kind = PLUGINS.get(plugin.file)
+            if kind is None:
                 LOG.warning(
                     "model '%s': the plugin '%s' (lib%s.so) is ignored because the bridge does not support it",
                     model.name,
                     plugin.name,
                     plugin.file,
                 )
-            elif (need := _NEEDS.get(plugin.file)) and not bridge.world.can(need):
+            elif kind.need and not bridge.world.can(kind.need):
                 LOG.warning(
                     "model '%s': the sensor '%s' publishes nothing, because the simulator does not support %s",
                     model.name,
                     plugin.sensor.name if plugin.sensor else plugin.name,
-                    need,
+                    kind.need,
                 )
-            elif plugin.file in _ON_STATIC_MODELS or not model.is_static:
-                components.append(make(bridge, model, plugin, f"/{space}" if space else ""))
+            elif kind.on_static_models or not model.is_static:
+                components.append(kind.make(bridge, model, plugin, f"/{space}" if space else ""))
     except BaseException:
         for component in components:
             component.close()
@@ -83,59 +81,52 @@ def _joint_states(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> C
 
 
 def _scan(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> Component:
-    if plugin.sensor is None or plugin.sensor.kind not in LIDARS:
-        raise GazeboElementError(f"the plugin '{plugin.name}'", 'the plugin must be inside a <sensor type="ray">.')
-    return Scan(
-        model,
-        plugin.sensor.name,
-        topic(space, plugin.text("topicName", default="scan")),
-        plugin.text("frameName", default=plugin.link).strip("/"),
-        plugin.number("gaussianNoise", default=0.0),
-    )
+    sensor = plugin.owner('<sensor type="ray">', LIDARS)
+    name = resolve(space, plugin.text("topicName", default="scan"))
+    frame = plugin.text("frameName", default=plugin.link).strip("/")
+    return Scan(model, sensor.name, name, frame, plugin.number("gaussianNoise", default=0.0))
 
 
 def _truth(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> Component:
     link = plugin.text("bodyName")
     check_name(f"link of '{model.name}' for the plugin '{plugin.name}'", link, model.links)
-    name = topic(space, plugin.text("topicName", default="ground_truth"))
+    name = resolve(space, plugin.text("topicName", default="ground_truth"))
     return Truth(
         model, link, name, plugin.text("frameName", default="world"), plugin.number("updateRate", default=100.0)
     )
 
 
-PLUGINS: dict[str, Callable[[Bridge, Model, Plugin, str], Component]] = {
-    "gazebo_ros_control": lambda bridge, model, plugin, space: add_manager(bridge, model, space),
-    "gazebo_ros_diff_drive": lambda bridge, model, plugin, space: DrivePlugin(
-        bridge.world, model, *read_diff_drive(plugin, model, space)
-    ),
-    "gazebo_ros_kobuki": lambda bridge, model, plugin, space: DrivePlugin(
-        bridge.world, model, *read_kobuki(plugin, model, space)
-    ),
-    "gazebo_ros_joint_state_publisher": _joint_states,
-    "gazebo_ros_laser": _scan,
-    "gazebo_ros_gpu_laser": _scan,
-    "gazebo_ros_p3d": _truth,
-    "gazebo_ros_camera": lambda bridge, model, plugin, space: CameraTopics(model, plugin, space),
-    "gazebo_ros_depth_camera": lambda bridge, model, plugin, space: DepthTopics(model, plugin, space),
-    "gazebo_ros_openni_kinect": lambda bridge, model, plugin, space: DepthTopics(model, plugin, space, most=5.0),
-    "gazebo_ros_imu": lambda bridge, model, plugin, space: ImuTopic(*read_imu(plugin, model, space)),
-    "gazebo_ros_imu_sensor": lambda bridge, model, plugin, space: ImuTopic(*read_imu_sensor(plugin, model, space)),
-    "gazebo_ros_bumper": lambda bridge, model, plugin, space: BumperTopic(model, plugin, space),
-}
-"""Functions that create a component from the bridge, the model, the plugin and the namespace, by library name."""
+class PluginKind(NamedTuple):
+    """A plugin that the bridge supports.
 
-_NEEDS = {
-    "gazebo_ros_laser": "rays",
-    "gazebo_ros_gpu_laser": "rays",
-    "gazebo_ros_camera": "cameras",
-    "gazebo_ros_depth_camera": "cameras",
-    "gazebo_ros_openni_kinect": "cameras",
-    "gazebo_ros_bumper": "contacts",
-}
-"""Simulator capability that each plugin's sensor requires."""
+    Attributes:
+        make: Function that creates the component from the bridge, the model, the plugin and the namespace.
+        need: Simulator capability that the plugin's sensor requires, or an empty string.
+        on_static_models: Whether the plugin also supports static models.
+    """
 
-_ON_STATIC_MODELS = {name for name, need in _NEEDS.items() if need != "rays"} | {
-    "gazebo_ros_imu",
-    "gazebo_ros_imu_sensor",
+    make: Callable[[Bridge, Model, Plugin, str], Component]
+    need: str = ""
+    on_static_models: bool = False
+
+
+def _sensor_kind(make: Callable[..., Component], need: str = "", **options: float) -> PluginKind:
+    return PluginKind(lambda _, model, plugin, space: make(model, plugin, space, **options), need, True)
+
+
+PLUGINS = {
+    "gazebo_ros_control": PluginKind(lambda bridge, model, _, space: add_manager(bridge, model, space)),
+    "gazebo_ros_diff_drive": PluginKind(make_diff_drive),
+    "gazebo_ros_kobuki": PluginKind(make_kobuki),
+    "gazebo_ros_joint_state_publisher": PluginKind(_joint_states),
+    "gazebo_ros_laser": PluginKind(_scan, "rays"),
+    "gazebo_ros_gpu_laser": PluginKind(_scan, "rays"),
+    "gazebo_ros_p3d": PluginKind(_truth),
+    "gazebo_ros_camera": _sensor_kind(CameraTopics, "cameras"),
+    "gazebo_ros_depth_camera": _sensor_kind(DepthTopics, "cameras"),
+    "gazebo_ros_openni_kinect": _sensor_kind(DepthTopics, "cameras", most=5.0),
+    "gazebo_ros_imu": _sensor_kind(ImuTopic),
+    "gazebo_ros_imu_sensor": _sensor_kind(ImuTopic),
+    "gazebo_ros_bumper": _sensor_kind(BumperTopic, "contacts"),
 }
-"""Plugins that also support static models."""
+"""Supported plugins, by library name."""

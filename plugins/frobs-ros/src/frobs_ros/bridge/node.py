@@ -1,4 +1,4 @@
-"""The bridge's ROS node, including its options, startup and shutdown."""
+"""The bridge's ROS node, including its startup and shutdown."""
 
 from __future__ import annotations
 
@@ -6,40 +6,22 @@ import logging
 import os
 import socket
 import sys
-from dataclasses import dataclass
-from pathlib import Path
+from typing import TYPE_CHECKING
 from urllib.parse import urlparse
 
 from frobs_core import plugins
 from frobs_core.plugins.capabilities import check_capabilities
 from frobs_core.plugins.records import Level, SimulatorRecord
 from frobs_core.util.errors import ConfigurationError
+from frobs_ros.bridge import LOG
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.world import World
 
-LOG = logging.getLogger("frobs.bridge")
+if TYPE_CHECKING:
+    from frobs_ros.cli.serve import ServeOptions
 
 
-@dataclass(frozen=True, kw_only=True)
-class Options:
-    """Options of ``frobs ros serve``, which are described in the command's help."""
-
-    simulator: str = "mujoco"
-    robot: str | None = None
-    model_name: str = ""
-    namespace: str = "/"
-    world: Path | None = None
-    paused: bool = False
-    timestep: float | None = None
-    clock_frequency: float = 100.0
-    state_frequency: float = 100.0
-    max_update_rate: float | None = None
-    gui: bool = False
-    verbose: bool = False
-    listen: str | None = None
-
-
-def serve(options: Options) -> None:
+def serve(options: ServeOptions) -> None:
     """Run a simulation with Gazebo's interface until the node is shut down.
 
     Raises:
@@ -63,7 +45,7 @@ def serve(options: Options) -> None:
         bridge.close()
 
 
-def open_bridge(options: Options) -> Bridge:
+def open_bridge(options: ServeOptions) -> Bridge:
     """Start the node in this process and return its bridge, which the caller must close. See :func:`serve`."""
     import rosgraph
     import rospy
@@ -72,11 +54,9 @@ def open_bridge(options: Options) -> Bridge:
     from frobs_ros.bridge.model_components import make_components
     from frobs_ros.bridge.publishers import Clock, StateCommands, States
     from frobs_ros.bridge.sdf import WorldFile, read_world
-    from frobs_ros.bridge.services.joints import offer_joint_services
-    from frobs_ros.bridge.services.links import offer_link_services
-    from frobs_ros.bridge.services.models import offer_model_services
+    from frobs_ros.bridge.services import joints, links, models
+    from frobs_ros.bridge.services import world as world_services
     from frobs_ros.bridge.services.offer import Offers
-    from frobs_ros.bridge.services.world import offer_light_services, offer_world_services
 
     # Check for errors before creating the node, which replaces any running node of the same name.
     record = plugins.get_record("simulator", options.simulator)
@@ -89,12 +69,12 @@ def open_bridge(options: Options) -> Bridge:
     _check_alone()
     # Python must switch quickly between rospy's threads: the default interval of 5 ms would delay every call.
     sys.setswitchinterval(0.0002)
-    # Set this parameter before creating the node, so that the node's own stamps also use simulated time.
-    if not rosgraph.Master("/gazebo").hasParam("/use_sim_time"):
-        rosgraph.Master("/gazebo").setParam("/use_sim_time", True)
-    # If this parameter is not set, rospy queries the master for it with each log message.
-    if not rosgraph.Master("/gazebo").hasParam("/rosout_disable_topics_generation"):
-        rosgraph.Master("/gazebo").setParam("/rosout_disable_topics_generation", False)
+    # Set use_sim_time before creating the node, so that the node's own stamps also use simulated time. If the other
+    # parameter is not set, rospy queries the master for it with each log message.
+    master = rosgraph.Master("/gazebo")
+    for name, usual in (("/use_sim_time", True), ("/rosout_disable_topics_generation", False)):
+        if not master.hasParam(name):
+            master.setParam(name, usual)
     rospy.init_node("gazebo")
     bridge = Bridge(world, paused=options.paused, make_components=make_components)
     rate = options.max_update_rate
@@ -109,12 +89,11 @@ def open_bridge(options: Options) -> Bridge:
         if robot is not None:
             set_up_robot(bridge, *robot)
         bridge.loop.start()
-        offers = Offers(bridge, "/gazebo")
-        offer_model_services(offers)
-        offer_link_services(offers)
-        offer_joint_services(offers)
-        offer_light_services(offers, file.lights or ["sun"])
-        offer_world_services(offers)  # registered last, because clients wait until these services exist
+        world_services.set_defaults(bridge, file.lights or ["sun"])
+        # Clients wait until the services of the world exist, so these services are registered last.
+        Offers(bridge, "/gazebo").offer(
+            {**models.SERVICES, **links.SERVICES, **joints.SERVICES, **world_services.SERVICES}
+        )
         bridge.call(bridge.tell)
     except BaseException:
         bridge.close()

@@ -11,6 +11,7 @@ from frobs_core.models import Pose
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ConfigurationError
 from frobs_core.util.rotations import quat_conjugate, quat_multiply, quat_rotate
+from frobs_ros.messages.types import find_type
 
 
 class Place(NamedTuple):
@@ -79,18 +80,36 @@ def read_pose(message: Any) -> Place:
     return Place(numbers[:3], numbers[3:] / length if length > 1e-9 else WORLD.quat_wxyz)
 
 
+def read_twist(message: Any) -> Motion:
+    """Read a geometry_msgs/Twist.
+
+    Raises:
+        ConfigurationError: The message contains a number that is not finite.
+    """
+    return Motion(read_vector(message.linear), read_vector(message.angular))
+
+
 def read_state(state: Any, frame: Place, frame_motion: Motion) -> tuple[Place, Motion]:
     """Read a gazebo_msgs/ModelState or LinkState in ``frame`` and return its pose and velocity in the world frame."""
-    relative = Motion(read_vector(state.twist.linear), read_vector(state.twist.angular)).turned(frame.quat_wxyz)
+    relative = read_twist(state.twist).turned(frame.quat_wxyz)
     motion = Motion(relative.linear + frame_motion.linear, relative.angular + frame_motion.angular)
     return read_pose(state.pose).after(frame), motion
 
 
-def write_pose(place: Place, message: Any) -> Any:
-    """Write a pose into a geometry_msgs/Pose and return the message."""
+def pose_message(place: Place) -> Any:
+    """Return a geometry_msgs/Pose."""
+    message = find_type("geometry_msgs/Pose")()
     p, q = message.position, message.orientation
     p.x, p.y, p.z = place.pos.tolist()
     q.w, q.x, q.y, q.z = place.quat_wxyz.tolist()
+    return message
+
+
+def twist_message(motion: Motion) -> Any:
+    """Return a geometry_msgs/Twist."""
+    message = find_type("geometry_msgs/Twist")()
+    message.linear.x, message.linear.y, message.linear.z = motion.linear.tolist()
+    message.angular.x, message.angular.y, message.angular.z = motion.angular.tolist()
     return message
 
 
@@ -104,10 +123,3 @@ def read_vector(message: Any) -> Floats:
     if not np.isfinite(numbers).all():
         raise ConfigurationError("the vector contains NaN or infinity; all numbers must be finite.")
     return numbers
-
-
-def write_twist(motion: Motion, message: Any) -> Any:
-    """Write a velocity into a geometry_msgs/Twist and return the message."""
-    message.linear.x, message.linear.y, message.linear.z = motion.linear.tolist()
-    message.angular.x, message.angular.y, message.angular.z = motion.angular.tolist()
-    return message

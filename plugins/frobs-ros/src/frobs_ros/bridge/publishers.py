@@ -7,9 +7,10 @@ from functools import partial
 from typing import Any
 
 from frobs_core.util.errors import FrobsError
-from frobs_ros.bridge.bridge import LOG, Bridge
+from frobs_ros.bridge import LOG
+from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.component import Component, stamp
-from frobs_ros.bridge.poses import Motion, Place, write_pose, write_twist
+from frobs_ros.bridge.poses import Motion, Place, pose_message, twist_message
 from frobs_ros.bridge.services.links import set_link_state
 from frobs_ros.bridge.services.models import set_model_state
 from frobs_ros.bridge.world import NANO, World
@@ -20,13 +21,11 @@ class Clock(Component):
 
     def __init__(self, rate: float) -> None:
         import rospy
-        from rosgraph_msgs.msg import Clock as Message
         from rospy.impl import simtime
 
         super().__init__(rate or NANO)  # 0 selects 1 GHz, so that a message is due after every physics step
-        self._message = Message
         self._published_ns: int | None = None
-        self._publisher = self.own(rospy.Publisher("/clock", Message, queue_size=10, latch=True, tcp_nodelay=True))
+        self._publisher = self.publisher("/clock", "rosgraph_msgs/Clock", queue_size=10, latch=True)
         self._set_own: Callable[[Any], None] | None = None
         if getattr(simtime, "_clock_sub", None) is not None:
             simtime._clock_sub.unregister()
@@ -40,22 +39,18 @@ class Clock(Component):
         now = stamp(world.time_ns)
         if self._set_own is not None:
             self._set_own(now)
-        self._publisher.publish(self._message(now))
+        self._publisher.publish(now)
 
 
 class States(Component):
     """Publisher of ``/gazebo/model_states`` and ``/gazebo/link_states``, which skips topics without subscribers."""
 
     def __init__(self, rate: float) -> None:
-        import rospy
-        from gazebo_msgs.msg import LinkStates, ModelStates
-
         super().__init__(rate)
-        self._models = self.own(rospy.Publisher("/gazebo/model_states", ModelStates, queue_size=1, tcp_nodelay=True))
-        self._links = self.own(rospy.Publisher("/gazebo/link_states", LinkStates, queue_size=1, tcp_nodelay=True))
+        self._models = self.publisher("/gazebo/model_states", "gazebo_msgs/ModelStates")
+        self._links = self.publisher("/gazebo/link_states", "gazebo_msgs/LinkStates")
 
     def tell(self, world: World) -> None:
-        """Publish."""
         if self._models.get_num_connections():
             models = world.models.values()
             self._send(self._models, [(model.name, model.place(), model.motion()) for model in models])
@@ -66,13 +61,11 @@ class States(Component):
 
     @staticmethod
     def _send(publisher: Any, rows: Iterable[tuple[str, Place, Motion]]) -> None:
-        from geometry_msgs.msg import Pose, Twist
-
         message = publisher.data_class()
         for name, place, motion in rows:
             message.name.append(name)
-            message.pose.append(write_pose(place, Pose()))
-            message.twist.append(write_twist(motion, Twist()))
+            message.pose.append(pose_message(place))
+            message.twist.append(twist_message(motion))
         publisher.publish(message)
 
 
@@ -83,15 +76,11 @@ class StateCommands(Component):
     """
 
     def __init__(self, bridge: Bridge) -> None:
-        import rospy
-        from gazebo_msgs.msg import LinkState, ModelState
-
         super().__init__()
         self._bridge = bridge
-        topics = ((ModelState, "set_model_state", set_model_state), (LinkState, "set_link_state", set_link_state))
-        for kind, name, act in topics:
-            obey = partial(self._obey, act)
-            self.own(rospy.Subscriber(f"/gazebo/{name}", kind, obey, queue_size=10, tcp_nodelay=True))
+        for kind, act in (("ModelState", set_model_state), ("LinkState", set_link_state)):
+            topic, message = f"/gazebo/{act.__name__}", f"gazebo_msgs/{kind}"
+            self.subscribe(topic, message, partial(self._obey, act), queue_size=10)
 
     def _obey(self, act: Callable[[Bridge, Any], Any], message: Any) -> None:
         try:

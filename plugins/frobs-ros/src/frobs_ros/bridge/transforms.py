@@ -20,14 +20,13 @@ class Transforms(Component):
 
     def __init__(self, model: Model, urdf: str) -> None:
         import rospy
-        from tf2_msgs.msg import TFMessage
 
         super().__init__(FREQUENCY)
         self._model = model
         self._moving, fixed = split(read_joints(urdf, model.name))
-        self._tf = self.own(rospy.Publisher("/tf", TFMessage, queue_size=100, tcp_nodelay=True))
-        self._static = self.own(rospy.Publisher("/tf_static", TFMessage, queue_size=100, latch=True))
-        self._static.publish(to_message(fixed, np.zeros(len(fixed.joints)), rospy.Time()))
+        self._tf = self.publisher("/tf", "tf2_msgs/TFMessage", queue_size=100)
+        static = self.publisher("/tf_static", "tf2_msgs/TFMessage", queue_size=100, latch=True)
+        static.publish(to_message(fixed, np.zeros(len(fixed.joints)), rospy.Time()))
 
     def tell(self, world: World) -> None:
         """Publish the transforms of moving joints if there are subscribers."""

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import lru_cache
 from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
@@ -22,7 +20,6 @@ _INTERFACES = {
     "VelocityJointInterface": CommandMode.VELOCITY,
     "EffortJointInterface": CommandMode.EFFORT,
 }
-_PATHS = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "GAZEBO_MODEL_PATH")
 
 
 def describe_urdf(text: str) -> Description:
@@ -35,7 +32,30 @@ def describe_urdf(text: str) -> Description:
     Raises:
         ModelFileError: The text does not describe a valid robot.
     """
-    return _describe(text, tuple(os.environ.get(name, "") for name in _PATHS))
+    ending = ".urdf.xacro" if "<xacro:" in text else ".urdf"
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, f"spawned{ending}")
+        file.write_text(text)
+        model = load_model(file)
+    root = ElementTree.fromstring(model.xml)
+    elements = tuple(root.findall("gazebo"))
+    modes = _modes(root)
+    static = any(_says(element, "static") for element in elements)
+    robot = Robot(
+        model=str(model.path),
+        name=model.name,
+        base="fixed" if static or model.root == "world" else "floating",
+        friction=read_friction(elements, model),
+        self_collision=any(_says(element, "selfCollide") for element in elements),
+    )
+    robot = with_gains(replace(robot, sensors=read_lidars(elements)), model)
+    mode = next(iter(modes.values()), CommandMode.EFFORT)
+    return Description(
+        placement=Placement(robot=robot, model=model, command_mode=mode),
+        modes=modes,
+        elements=elements,
+        has_transmissions=bool(modes),
+    )
 
 
 def describe_robot(robot: Robot) -> Description:
@@ -46,7 +66,7 @@ def describe_robot(robot: Robot) -> Description:
     Raises:
         ModelFileError: The model file is invalid.
     """
-    model = load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)
+    model = robot.read_model()
     elements = gazebo_elements(model)
     robot = replace(robot, sensors={**read_lidars(elements), **robot.sensors})
     modes = _modes(ElementTree.fromstring(model.xml)) if model.format == "urdf" else {}
@@ -84,35 +104,6 @@ def read_friction(elements: tuple[Element, ...], model: RobotModel) -> Mapping[s
         if link in links and given:
             friction[link] = min(float(given), 10.0)  # many Gazebo files use 100000 for very high friction
     return friction
-
-
-@lru_cache(maxsize=32)  # repeated spawns reuse the result unless the search paths change
-def _describe(text: str, paths: tuple[str, ...]) -> Description:
-    del paths
-    ending = ".urdf.xacro" if "<xacro:" in text else ".urdf"
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder, f"spawned{ending}")
-        file.write_text(text)
-        model = load_model(file)
-    root = ElementTree.fromstring(model.xml)
-    elements = tuple(root.findall("gazebo"))
-    modes = _modes(root)
-    static = any(_says(element, "static") for element in elements)
-    robot = Robot(
-        model=str(model.path),
-        name=model.name,
-        base="fixed" if static or model.root == "world" else "floating",
-        friction=read_friction(elements, model),
-        self_collision=any(_says(element, "selfCollide") for element in elements),
-    )
-    robot = with_gains(replace(robot, sensors=read_lidars(elements)), model)
-    mode = next(iter(modes.values()), CommandMode.EFFORT)
-    return Description(
-        placement=Placement(robot=robot, model=model, command_mode=mode),
-        modes=modes,
-        elements=elements,
-        has_transmissions=bool(modes),
-    )
 
 
 def _modes(root: Element) -> dict[str, CommandMode]:

@@ -31,6 +31,8 @@ class World:
         floor: Whether the world has a ground plane at z = 0.
 
     Attributes:
+        gravity: [m/s²]
+        has_floor: Whether the world has a ground plane.
         time_ns: Simulated time since the start or the last time reset [ns].
         steps: Number of physics steps since the start.
         touches: Measured contact pairs of each link that has a contact sensor, keyed by model name and link name.
@@ -44,10 +46,8 @@ class World:
         gravity: tuple[float, float, float] = (0.0, 0.0, -9.8),
         floor: bool = True,
     ) -> None:
-        if not 0.0 < timestep < 1.0:
-            raise ParameterValueError("time step", timestep, "in (0, 1) [s]")
-        self._simulator, self._floor = simulator, floor
-        self._timestep, self._gravity = timestep, gravity
+        self._simulator, self.has_floor = simulator, floor
+        self._timestep, self.gravity = _checked(timestep), gravity
         self._parameters: dict[tuple[str, str], Floats] = {}
         self._viewed = False
         self.simulation: Simulation | None = None
@@ -66,16 +66,6 @@ class World:
     def timestep_ns(self) -> int:
         """Duration of a physics step [ns]."""
         return round(self._timestep * NANO)
-
-    @property
-    def gravity(self) -> tuple[float, float, float]:
-        """Gravity [m/s²]."""
-        return self._gravity
-
-    @property
-    def has_floor(self) -> bool:
-        """Whether the world has a ground plane."""
-        return self._floor
 
     def robots(self) -> Iterator[Model]:
         """Yield the models that are not static."""
@@ -102,7 +92,7 @@ class World:
         self._build([other for other in self.models.values() if other is not model])
         del self.models[name]
         model.robot = None
-        self.forces.drop_model(name)
+        self.forces.remove(name)
         for key in [key for key in self._parameters if key[1].partition("/")[0] == model.key]:
             del self._parameters[key]
         return model
@@ -122,18 +112,21 @@ class World:
         Raises:
             ConfigurationError: The duration is not in (0, 1) s or rounds to 0 ns.
         """
-        if not 0.0 < timestep < 1.0 or round(timestep * NANO) < 1:
-            raise ParameterValueError("time step", timestep, "in (0, 1) [s]")
-        if timestep != self._timestep:
+        if _checked(timestep) != self._timestep:
             self._timestep = timestep
             self._build(list(self.models.values()))
 
     def set_gravity(self, gravity: tuple[float, float, float]) -> None:
         """Change the gravity [m/s²]."""
-        if gravity != self._gravity:
-            self._gravity = gravity
+        if gravity != self.gravity:
+            self.gravity = gravity
             if self.simulation is not None:
                 self.simulation.write_parameter("gravity", "", np.array([gravity], np.float64))
+
+    def parameter(self, name: str, target: str) -> Floats:
+        """Return a physical parameter. The world must contain a simulated model."""
+        assert self.simulation is not None
+        return self.simulation.parameter(name, target)
 
     def write_parameter(self, name: str, target: str, values: Floats) -> None:
         """Change a physical parameter. The value is kept when other models are added or removed."""
@@ -164,8 +157,7 @@ class World:
         if self.simulation is not None:
             self.forces.apply(self)
             for model in self.robots():
-                assert model.robot is not None
-                model.joint_targets.command(model.robot, steps, self._timestep)
+                model.joint_targets.command(model.handle, steps, self._timestep)
             self.simulation.step(steps)
         self.steps += steps
         self.time_ns += steps * self.timestep_ns
@@ -257,10 +249,10 @@ class World:
         moving.sort(key=lambda model: not (model.description.placement and model.description.placement.robot.lidars))
         states = {model.name: model.state() for model in moving if model.robot is not None}
         new: Simulation | None = None
-        touches = find_touches(models, floor=self._floor) if self.can("contacts") else {}
+        touches = find_touches(models, floor=self.has_floor) if self.can("contacts") else {}
         if moving or (self.can("cameras") and any(model.has_camera for model in models)):
             scene = make_scene(
-                models, touches, floor=self._floor, gravity=self._gravity, with_cameras=self.can("cameras")
+                models, touches, floor=self.has_floor, gravity=self.gravity, with_cameras=self.can("cameras")
             )
             robots = {model.key: model.placement() for model in moving}
             new = self._simulator.load()(robots, scene, num_envs=1, physics_timestep=self._timestep, num_threads=1)
@@ -276,3 +268,9 @@ class World:
                 new.write_parameter(name, target, values)
         if self._viewed and new is not None:
             new.open_viewer()
+
+
+def _checked(timestep: float) -> float:
+    if not 0.0 < timestep < 1.0 or round(timestep * NANO) < 1:
+        raise ParameterValueError("time step", timestep, "in (0, 1) [s]")
+    return timestep

@@ -3,73 +3,53 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
+from frobs_cli.field_options import option, with_options
 
-def serve(
-    robot: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            show_default="an empty world",
-            help="Robot to place in the initial world: a name from 'frobs list robots', or a URDF, xacro or MJCF file.",
-        ),
-    ] = None,
-    simulator: Annotated[
-        str, typer.Option(metavar="NAME", help="Simulator: a name from 'frobs list simulators'.")
-    ] = "mujoco",
-    namespace: Annotated[str, typer.Option(metavar="NS", help="Namespace of the robot's topics and services.")] = "/",
-    model_name: Annotated[
-        str,
-        typer.Option(metavar="NAME", show_default="the robot's name", help="Name of the robot's model in the world."),
-    ] = "",
-    world: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", exists=True, dir_okay=False, show_default="a ground plane", help="SDF world file to load."
-        ),
-    ] = None,
-    paused: Annotated[bool, typer.Option("--paused", help="Start with simulated time paused.")] = False,
-    timestep: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SECONDS", show_default="from the world file, or 0.001", help="Duration of a physics step."
-        ),
-    ] = None,
-    max_update_rate: Annotated[
-        float | None,
-        typer.Option(
-            metavar="HZ",
-            min=0.0,
-            show_default="from the world file, or real time",
-            help="Maximum number of physics steps per second; 0 means as fast as possible.",
-        ),
-    ] = None,
-    clock_frequency: Annotated[
-        float,
-        typer.Option(
-            metavar="HZ", min=0.0, help="Rate of the /clock topic in simulated time; 0 publishes after every step."
-        ),
-    ] = 100.0,
-    state_frequency: Annotated[
-        float,
-        typer.Option(metavar="HZ", min=0.0, help="Rate of the model_states and link_states topics in simulated time."),
-    ] = 100.0,
-    gui: Annotated[bool, typer.Option("--gui", help="Open a window that shows the world.")] = False,
-    verbose: Annotated[bool, typer.Option("--verbose", help="Log everything.")] = False,
-    listen: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ADDRESS",
-            show_default="this machine only",
-            help="Address at which other machines can reach this machine. If this option is set, the server listens on "
-            "all interfaces.",
-        ),
-    ] = None,
-) -> None:
+
+@dataclass(frozen=True, kw_only=True)
+class ServeOptions:
+    """Options of ``frobs ros serve``.
+
+    Attributes:
+        robot: Robot to place in the initial world: a name from 'frobs list robots', or a URDF, xacro or MJCF file.
+        simulator: Simulator: a name from 'frobs list simulators'.
+        namespace: Namespace of the robot's topics and services.
+        model_name: Name of the robot's model in the world.
+        world: SDF world file to load.
+        paused: Start with simulated time paused.
+        timestep: Duration of a physics step.
+        max_update_rate: Maximum number of physics steps per second; 0 means as fast as possible.
+        clock_frequency: Rate of the /clock topic in simulated time; 0 publishes after every step.
+        state_frequency: Rate of the model_states and link_states topics in simulated time.
+        gui: Open a window that shows the world.
+        verbose: Log everything.
+        listen: Address at which other machines can reach this machine. If this option is set, the server listens on all
+            interfaces.
+    """
+
+    robot: str | None = option(None, show_default="an empty world")
+    simulator: str = option("mujoco")
+    namespace: str = option("/", metavar="NS")
+    model_name: str = option("", show_default="the robot's name")
+    world: Path | None = option(None, exists=True, dir_okay=False, show_default="a ground plane")
+    paused: bool = option(False)
+    timestep: float | None = option(None, metavar="SECONDS", show_default="from the world file, or 0.001")
+    max_update_rate: float | None = option(
+        None, metavar="HZ", min=0.0, show_default="from the world file, or real time"
+    )
+    clock_frequency: float = option(100.0, metavar="HZ", min=0.0)
+    state_frequency: float = option(100.0, metavar="HZ", min=0.0)
+    gui: bool = option(False)
+    verbose: bool = option(False)
+    listen: str | None = option(None, metavar="ADDRESS", show_default="this machine only")
+
+
+def serve(options: ServeOptions) -> None:
     """Run a simulation with the ROS services, topics and controller managers of Gazebo.
 
     A ROS master must be running. Press Ctrl-C to stop.
@@ -78,10 +58,9 @@ def serve(
         $ frobs ros serve --robot irb120 --simulator mujoco
         $ frobs ros serve --simulator pybullet --world maze.world --paused
     """
-    options = dict(locals())
     from frobs_ros.bridge import node
 
-    node.serve(node.Options(**options))
+    node.serve(options)
 
 
 def main() -> None:
@@ -89,6 +68,6 @@ def main() -> None:
     from frobs_cli.group import FrobsGroup
 
     app = typer.Typer(cls=FrobsGroup, pretty_exceptions_enable=False)
-    app.command("serve")(serve)
+    app.command("serve", help=serve.__doc__)(with_options(serve))
     app.callback()(lambda: None)
     app(args=["serve", *sys.argv[1:]], prog_name="python -m frobs_ros.bridge")

@@ -14,12 +14,14 @@ import numpy as np
 from frobs_core.contracts import CommandMode
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ConfigurationError, MissingSettingError
-from frobs_core.util.rotations import quat_rotate
+from frobs_ros.bridge.poses import read_pose, read_twist, read_vector
 from frobs_ros.errors import ControllerError, RosError
+from frobs_ros.messages.types import find_type
 from frobs_ros.policy_node.mirror import Command, Mirror, State
 from frobs_ros.policy_node.scans import rays_of
 from frobs_ros.ros.environment import use_ros
 from frobs_ros.ros.master import connect
+from frobs_ros.ros.names import resolve
 from frobs_ros.ros.processes import wait_for
 from frobs_ros.ros.services import call, is_offered
 
@@ -72,9 +74,6 @@ class RosRobot:
     ) -> None:
         use_ros()
         import rospy
-        from geometry_msgs.msg import Point
-        from nav_msgs.msg import Odometry
-        from sensor_msgs.msg import JointState, LaserScan
 
         self._mirror, self._namespace = mirror, namespace.rstrip("/")
         topics = topics or Topics()
@@ -89,29 +88,30 @@ class RosRobot:
         self._scan: Any = None
         self._goal: Floats | None = None
         self.odom_frame = "odom"
-        self._heard: dict[str, float] = {"joint states": -math.inf}
-        rospy.Subscriber(self._name(topics.joint_states), JointState, self._hear_joints, queue_size=1, tcp_nodelay=True)
+        measured = {"joint states": (topics.joint_states, "sensor_msgs/JointState", self._hear_joints)}
         if mirror.moves:
-            self._heard["odometry"] = -math.inf
-            rospy.Subscriber(self._name(topics.odom), Odometry, self._hear_odometry, queue_size=1, tcp_nodelay=True)
+            measured["odometry"] = topics.odom, "nav_msgs/Odometry", self._hear_odometry
         if mirror.lidars:
-            self._heard["scan"] = -math.inf
-            rospy.Subscriber(self._name(topics.scan), LaserScan, self._hear_scan, queue_size=1, tcp_nodelay=True)
-        rospy.Subscriber(self._name(topics.goal), Point, self._hear_goal, queue_size=1)
+            measured["scan"] = topics.scan, "sensor_msgs/LaserScan", self._hear_scan
+        self._heard = dict.fromkeys(measured, -math.inf)
+        for topic, kind, hear in (*measured.values(), (topics.goal, "geometry_msgs/Point", self._hear_goal)):
+            rospy.Subscriber(self._name(topic), find_type(kind), hear, queue_size=1, tcp_nodelay=True)
         self._publisher, self._message = self._open(controller, topics)
         self._ending, self._holds = threading.Event(), threading.Event()
         self._holds.set()
         rospy.on_shutdown(self._end)
 
     def _name(self, topic: str) -> str:
-        return topic if topic.startswith("/") else f"{self._namespace}/{topic}"
+        return resolve(self._namespace, topic)
+
+    def _advertise(self, topic: str, kind: str) -> Any:
+        import rospy
+
+        return rospy.Publisher(self._name(topic), find_type(kind), queue_size=1)
 
     def _open(self, controller: str | None, topics: Topics) -> tuple[Any, Any]:
         """Return the publisher for commands, and a function that converts a command to a message."""
         import rospy
-        from geometry_msgs.msg import Twist
-        from std_msgs.msg import Float64MultiArray
-        from trajectory_msgs.msg import JointTrajectory
 
         mode = self._mirror.env.robot.command_mode
         drive = self._mirror.env.robot.robot.differential_drive
@@ -120,7 +120,7 @@ class RosRobot:
                 raise MissingSettingError(
                     "the policy", "a controller for its commands", f"use --controller {self._controllers()}"
                 )
-            return rospy.Publisher(self._name(topics.cmd_vel), Twist, queue_size=1), self._twist
+            return self._advertise(topics.cmd_vel, "geometry_msgs/Twist"), self._twist
         given = rospy.get_param(self._name(f"{controller}/type"), None)
         if given is None:
             raise ControllerError(
@@ -130,7 +130,7 @@ class RosRobot:
             )
         self._check_running(controller)
         if "DiffDrive" in given and drive is not None:
-            return rospy.Publisher(self._name(f"{controller}/cmd_vel"), Twist, queue_size=1), self._twist
+            return self._advertise(f"{controller}/cmd_vel", "geometry_msgs/Twist"), self._twist
         takes = _MODES.get(given.partition("_")[0])
         if takes is not mode:
             raise ControllerError(
@@ -145,11 +145,10 @@ class RosRobot:
                 f"the controller moves the joints {', '.join(self._order)}, but the policy moves the joints "
                 f"{', '.join(self._mirror.joint_names)}.",
             )
-        topic = self._name(f"{controller}/command")
         if "JointTrajectory" in given:
-            return rospy.Publisher(topic, JointTrajectory, queue_size=1), self._trajectory
+            return self._advertise(f"{controller}/command", "trajectory_msgs/JointTrajectory"), self._trajectory
         if "JointGroup" in given:
-            return rospy.Publisher(topic, Float64MultiArray, queue_size=1), self._group
+            return self._advertise(f"{controller}/command", "std_msgs/Float64MultiArray"), self._group
         raise ControllerError(
             controller,
             f"the type {given} moves a single joint; choose a JointTrajectoryController or a JointGroup… controller.",
@@ -191,15 +190,11 @@ class RosRobot:
                 self._heard["joint states"] = time.monotonic()
 
     def _hear_odometry(self, message: Any) -> None:
-        pose, twist = message.pose.pose, message.twist.twist
-        q = pose.orientation
-        quat = np.array([q.w, q.x, q.y, q.z])
-        moving = np.array([[twist.linear.x, twist.linear.y, twist.linear.z]])
-        turning = np.array([[twist.angular.x, twist.angular.y, twist.angular.z]])
-        pos = np.array([pose.position.x, pose.position.y, pose.position.z])
-        with self._lock:  # the twist is expressed in the frame of the base
+        place = read_pose(message.pose.pose)
+        motion = read_twist(message.twist.twist).turned(place.quat_wxyz)  # it is expressed in the frame of the base
+        with self._lock:
             self.odom_frame = message.header.frame_id
-            self._base = pos, quat, quat_rotate(quat[None], moving)[0], quat_rotate(quat[None], turning)[0]
+            self._base = (*place, *motion)
             self._heard["odometry"] = time.monotonic()
 
     def _hear_scan(self, message: Any) -> None:
@@ -209,7 +204,7 @@ class RosRobot:
 
     def _hear_goal(self, message: Any) -> None:
         with self._lock:
-            self._goal = np.array([message.x, message.y, message.z])
+            self._goal = read_vector(message)
 
     def now(self) -> float:
         """Return the current ROS time [s], which may stop or jump back."""

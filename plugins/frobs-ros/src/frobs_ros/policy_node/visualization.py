@@ -9,7 +9,7 @@ import numpy as np
 
 from frobs_core.description import Marker
 from frobs_core.util.arrays import Floats
-from frobs_core.util.rotations import quat_conjugate, quat_multiply, quat_rotate
+from frobs_ros.bridge.poses import WORLD, Place, pose_message
 
 if TYPE_CHECKING:
     from frobs_ros.policy_node.mirror import Mirror
@@ -95,12 +95,12 @@ class _Frame:
     def __init__(self, robot: RosRobot, mirror: Mirror) -> None:
         if mirror.moves:
             self.name = robot.odom_frame
-            self._pos, self._quat = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
+            self._place = WORLD
         else:
             handle = mirror.env.robot
             self.name = handle.model.root
             pos, quat = handle.frame_pose(self.name)
-            self._pos, self._quat = pos[0], quat_conjugate(quat[0])
+            self._place = Place(pos[0], quat[0])
 
     def header(self) -> Any:
         """Return a ``std_msgs/Header`` for the current time."""
@@ -111,11 +111,7 @@ class _Frame:
 
     def pose(self, pos: Floats, quat_wxyz: Floats) -> Any:
         """Convert a world pose, pos (3,) [m] and quat_wxyz (4,), to a ``geometry_msgs/Pose`` in this frame."""
-        from geometry_msgs.msg import Point, Pose, Quaternion
-
-        x, y, z = quat_rotate(self._quat, pos - self._pos).tolist()
-        w, i, j, k = quat_multiply(self._quat, quat_wxyz).tolist()
-        return Pose(Point(x, y, z), Quaternion(i, j, k, w))
+        return pose_message(Place(pos, quat_wxyz).seen_from(self._place))
 
 
 def _sphere(frame: _Frame, number: int, marker: Marker) -> Any:
@@ -129,7 +125,7 @@ def _sphere(frame: _Frame, number: int, marker: Marker) -> Any:
         id=number,
         type=Message.SPHERE,
         action=Message.ADD,
-        pose=frame.pose(marker.pos[0], np.array([1.0, 0.0, 0.0, 0.0])),
+        pose=frame.pose(marker.pos[0], WORLD.quat_wxyz),
         scale=Vector3(*[2.0 * marker.radius] * 3),
         color=ColorRGBA(*marker.rgba),
     )

@@ -121,7 +121,8 @@ def examine_ros() -> RosReport:
         use_ros()
     except FrobsError as error:
         trouble = str(error)
-    parts = [*map(_module, MODULES), *map(_program, PROGRAMS), *map(_ros_package, ROS_PACKAGES)]
+    tables = {"module": MODULES, "program": PROGRAMS, "ROS package": ROS_PACKAGES}
+    parts = [_component(kind, row) for kind, rows in tables.items() for row in rows]
     missing = tuple(dict.fromkeys(part.package for part in parts if not part.found and part.package))
     usable = not trouble and all(part.found for part in parts if part.needed)
     answers = not trouble and is_online()
@@ -144,28 +145,20 @@ def examine_ros() -> RosReport:
     )
 
 
-def _module(row: _Row) -> RosComponent:
-    spec = importlib.util.find_spec(row[0])
-    place = Path(spec.origin).parent if spec and spec.origin else None
-    installation = find_ros()
-    return _component("module", row, place, installation.share / row[0] if place and installation else None)
-
-
-def _program(row: _Row) -> RosComponent:
-    place = shutil.which(row[0], path=child_variables().get("PATH", os.defpath))
-    return _component("program", row, Path(place) if place else None)
-
-
-def _ros_package(row: _Row) -> RosComponent:
-    folder = None
-    with contextlib.suppress(PackageNotFoundError):
-        folder = find_package(row[0])
-    return _component("ROS package", row, folder, folder)
-
-
-def _component(kind: str, row: _Row, place: Path | None, folder: Path | None = None) -> RosComponent:
-    """Return the component for a table row, and read its version from the folder's ``package.xml`` if possible."""
+def _component(kind: str, row: _Row) -> RosComponent:
+    """Return the component for a table row, and read its version from its ``package.xml`` if possible."""
     name, package, purpose, needed = row
+    place: Path | str | None = None
+    folder: Path | None = None
+    if kind == "module":
+        spec, installation = importlib.util.find_spec(name), find_ros()
+        place = Path(spec.origin).parent if spec and spec.origin else None
+        folder = installation.share / name if place and installation else None
+    elif kind == "program":
+        place = shutil.which(name, path=child_variables().get("PATH", os.defpath))
+    else:
+        with contextlib.suppress(PackageNotFoundError):
+            place = folder = find_package(name)
     file = folder / "package.xml" if folder else None
     match = _VERSION.search(file.read_text(errors="replace")) if file and file.is_file() else None
     return RosComponent(

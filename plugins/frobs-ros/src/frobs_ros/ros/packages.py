@@ -27,13 +27,16 @@ def find_package(name: str) -> Path:
             if package == name:
                 return folder
             seen.setdefault(package, folder)
-    shares = [prefix / "share" for prefix in path_folders("CMAKE_PREFIX_PATH")]
-    installation = find_ros()
-    shares += [installation.share] if installation else []
+    shares = [prefix / "share" for prefix in _prefixes()]
     for share in shares:
         if (share / name / "package.xml").is_file():
             return share / name
     raise PackageNotFoundError(name, seen, dict.fromkeys([*sources, *shares]))
+
+
+def _prefixes() -> list[Path]:
+    installation = find_ros()
+    return [*path_folders("CMAKE_PREFIX_PATH"), *([installation.prefix] if installation else [])]
 
 
 def find_file(package: str, folder: str, file: str) -> Path:
@@ -66,10 +69,7 @@ def find_node(package: str, node: str) -> Path:
         PackageNotFoundError: The package or the program does not exist. The error message lists alternatives.
     """
     folder = find_package(package)
-    prefixes = path_folders("CMAKE_PREFIX_PATH")
-    installation = find_ros()
-    prefixes += [installation.prefix] if installation else []
-    places = [prefix / "lib" / package for prefix in prefixes] + [folder]
+    places = [prefix / "lib" / package for prefix in _prefixes()] + [folder]
     programs = {
         path.name: path
         for place in reversed(places)
@@ -88,11 +88,6 @@ class RosPackages(Packages):
         super().__init__(None, file)
 
     def find(self, name: str) -> Path:
-        """Return the folder of a package.
-
-        Raises:
-            ModelFileError: The package does not exist.
-        """
         try:
             return find_package(name)
         except PackageNotFoundError:

@@ -19,6 +19,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from pathlib import Path
+from typing import IO
 
 from frobs_ros.errors import ProcessError
 from frobs_ros.ros import LOG
@@ -192,14 +193,9 @@ def start(
     elif terminal:
         LOG.warning("%s writes to %s", name, log)
     with contextlib.ExitStack() as stack:
-        written = log is not None and not window  # xterm writes the log file itself
-        to = (
-            stack.enter_context(log.open("wb"))
-            if log and written
-            else None
-            if output == "screen"
-            else subprocess.DEVNULL
-        )
+        to: IO[bytes] | int | None = None if output == "screen" else subprocess.DEVNULL
+        if log is not None and not window:  # xterm writes the log file itself
+            to = stack.enter_context(log.open("wb"))
         popen = subprocess.Popen(
             [sys.executable, "-I", "-S", str(_GUARD), *options, *words],
             stdin=subprocess.PIPE,

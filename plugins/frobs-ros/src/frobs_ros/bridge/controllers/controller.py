@@ -36,7 +36,12 @@ class Controller(Component):
     Attributes:
         joints: Names of the joints that the controller commands.
         columns: (k,) indices of the commanded joints in the robot's joint arrays.
+        kind: Type of the controller in ros_control.
+        state: ``"initialized"``, ``"running"`` or ``"stopped"``.
     """
+
+    kind = ""
+    state = "initialized"
 
     def __init__(
         self, model: Model, topic: str, parameters: Mapping[str, Any], interface: CommandMode | None, rate: float = 0.0
@@ -48,9 +53,8 @@ class Controller(Component):
 
     @property
     def robot(self) -> RobotHandle:
-        """Handle of the robot. Rebuilding the simulation creates a new handle."""
-        assert self.model.robot is not None
-        return self.model.robot
+        """Handle of the robot."""
+        return self.model.handle
 
     def claim(self, joints: Sequence[str]) -> None:
         """Set the joints that the controller commands.

@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from frobs_core.contracts import CommandMode
+from frobs_core.description import DifferentialDrive
 from frobs_ros.bridge.controllers.controller import Controller, listed
-from frobs_ros.bridge.differential_drive import Base, Driver, Driving
+from frobs_ros.bridge.differential_drive import DriveSettings, Driving
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.world import World
 from frobs_ros.errors import ControllerError
@@ -35,31 +36,33 @@ class DiffDriveController(Driving, Controller):
             if not float(parameters.get(name, 0.0)) > 0.0:
                 raise ControllerError(topic, f"the parameter {name} [m] is required and must be above 0.")
         linear, angular = (parameters.get(a, {}).get(b, {}) for a, b in (("linear", "x"), ("angular", "z")))
-        driver = Driver(
-            model,
-            Base(
-                left=tuple(model.joints[name] for name in left),
-                right=tuple(model.joints[name] for name in right),
-                separation=float(parameters["wheel_separation"])
-                * float(parameters.get("wheel_separation_multiplier", 1.0)),
-                radius=float(parameters["wheel_radius"]) * float(parameters.get("wheel_radius_multiplier", 1.0)),
-                max_linear=_limit(linear, "velocity"),
-                max_angular=_limit(angular, "velocity"),
-                linear_acceleration=_limit(linear, "acceleration"),
-                angular_acceleration=_limit(angular, "acceleration"),
-                timeout=float(parameters.get("cmd_vel_timeout", 0.5)),
-            ),
+        wheels = DifferentialDrive(
+            left=tuple(left),
+            right=tuple(right),
+            separation=float(parameters["wheel_separation"])
+            * float(parameters.get("wheel_separation_multiplier", 1.0)),
+            wheel_radius=float(parameters["wheel_radius"]) * float(parameters.get("wheel_radius_multiplier", 1.0)),
+            max_linear_velocity=_limit(linear, "velocity"),
+            max_angular_velocity=_limit(angular, "velocity"),
+            max_linear_acceleration=_limit(linear, "acceleration"),
+            max_angular_acceleration=_limit(angular, "acceleration"),
         )
-        frames = parameters.get("odom_frame_id", "odom"), parameters.get("base_frame_id", "base_link")
-        tf = parameters.get("enable_odom_tf", True)
-        self.listen(driver, f"{topic}/cmd_vel", f"{topic}/odom", frames, tf)
+        settings = DriveSettings(
+            wheels=wheels,
+            command=f"{topic}/cmd_vel",
+            odom=f"{topic}/odom",
+            frame=parameters.get("odom_frame_id", "odom"),
+            child=parameters.get("base_frame_id", "base_link"),
+            tf=parameters.get("enable_odom_tf", True),
+            timeout=float(parameters.get("cmd_vel_timeout", 0.5)),
+        )
+        self.connect(model, settings)
 
     def start(self, world: World) -> None:
         """Take control of the wheels."""
         super().start(world)
-        self._driver.start(world)
+        self.begin(world)
         self._last_stamp_ns = -1
-        self._last_ns = world.time_ns
 
 
 def _limit(limits: Mapping[str, Any], kind: str) -> float:

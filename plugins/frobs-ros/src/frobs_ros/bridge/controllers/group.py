@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,12 +10,11 @@ import numpy as np
 from frobs_core.contracts import CommandMode
 from frobs_core.models import JointType
 from frobs_core.util.arrays import Floats
+from frobs_ros.bridge import LOG
 from frobs_ros.bridge.controllers.controller import Controller, listed
 from frobs_ros.bridge.controllers.pid import Pid
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.world import World
-
-LOG = logging.getLogger("frobs.bridge")
 
 
 class Commanded(Controller):
@@ -36,15 +34,12 @@ class Commanded(Controller):
         group: bool,
         rate: float = 0.0,
     ) -> None:
-        import rospy
-        from std_msgs.msg import Float64, Float64MultiArray
-
         super().__init__(model, topic, parameters, interface, rate)
         self.claim(listed(parameters, "joints" if group else "joint", "joint_name"))
         self._wanted: Floats | None = None
         self._runs = False
-        kind = Float64MultiArray if group else Float64
-        self.own(rospy.Subscriber(f"{topic}/command", kind, self._take, queue_size=1, tcp_nodelay=True))
+        kind = "std_msgs/Float64MultiArray" if group else "std_msgs/Float64"
+        self.subscribe(f"{topic}/command", kind, self._take)
 
     def _take(self, message: Any) -> None:
         """Store a received command. Called in a rospy thread."""
@@ -98,9 +93,6 @@ class Regulated(Commanded):
         follows: CommandMode,
     ) -> None:
         super().__init__(model, topic, parameters, interface, group, rate=0.0 if group else 50.0)
-        import rospy
-        from control_msgs.msg import JointControllerState
-
         self._follows = follows
         gains = [parameters.get(joint, {}) for joint in self.joints] if group else [parameters]
         self._pid = Pid([given.get("pid", {}) for given in gains], f"the controller {topic}")
@@ -108,10 +100,7 @@ class Regulated(Commanded):
         self._turns = np.array([joints[name].type is JointType.CONTINUOUS for name in self.joints])
         self._target = np.zeros(len(self.joints))
         self._effort = np.zeros(len(self.joints))
-        self._state = None
-        if not group:
-            self._state = self.own(rospy.Publisher(f"{topic}/state", JointControllerState, queue_size=1))
-        self._message = JointControllerState
+        self._state = None if group else self.publisher(f"{topic}/state", "control_msgs/JointControllerState")
 
     def most_steps(self, world: World) -> int | None:
         """Return 1, because the controller requires the state at each physics step."""
@@ -125,7 +114,6 @@ class Regulated(Commanded):
         self._target = self.positions().copy() if self._follows is CommandMode.POSITION else np.zeros(len(self.joints))
 
     def before(self, world: World, steps: int) -> None:
-        """Compute the command."""
         requested, self._wanted = self._wanted, None
         if requested is not None:
             self._target = requested
@@ -147,7 +135,8 @@ class Regulated(Commanded):
         if self._state is None or self._state.get_num_connections() == 0:
             return
         value = self.positions()[0] if self._follows is CommandMode.POSITION else self.velocities()[0]
-        message = self._message(
+        self._state.publish(
+            header=self.header(world),
             set_point=self._target[0],
             process_value=value,
             process_value_dot=self.velocities()[0],
@@ -159,5 +148,3 @@ class Regulated(Commanded):
             d=self._pid.d[0],
             i_clamp=self._pid.clamp[0],
         )
-        message.header.stamp = self.next_stamp(world)
-        self._state.publish(message)

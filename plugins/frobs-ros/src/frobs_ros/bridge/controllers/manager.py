@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from frobs_core.util.errors import ConfigurationError, FrobsError, UnknownNameError, check_name
+from frobs_ros.bridge import LOG
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.controllers.controller import INTERFACES, Controller
 from frobs_ros.bridge.controllers.types import TYPES
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.services.offer import Offers
-from frobs_ros.bridge.world import World
 from frobs_ros.errors import ControllerError
 
-LOG = logging.getLogger("frobs.bridge")
 _STRICT = 2
 
 
@@ -33,29 +31,28 @@ class ControllerManager(Component):
         self._bridge, self._model, self._namespace = bridge, model, namespace
         self._find_parameters = find_parameters
         self.controllers: dict[str, Controller] = {}
-        self._types: dict[str, str] = {}
-        self._states: dict[str, str] = {}
-        self._offers = Offers(bridge, f"{namespace}/controller_manager")
+        self._offers = Offers(bridge, f"{namespace}/controller_manager", "controller_manager_msgs")
 
     def offer(self) -> None:
         """Provide the manager's services."""
-        from controller_manager_msgs import srv
-
-        offer = self._offers.offer
-        offer("load_controller", srv.LoadController, lambda request: self._tried(lambda: self.load(request.name)))
-        offer("unload_controller", srv.UnloadController, lambda request: self._tried(lambda: self.unload(request.name)))
-        offer("switch_controller", srv.SwitchController, lambda request: self._tried(lambda: self._switch(request)))
-        offer("list_controllers", srv.ListControllers, lambda _: {"controller": self._list()})
-        offer("list_controller_types", srv.ListControllerTypes, lambda _: _list_types())
-        reload = srv.ReloadControllerLibraries
-        offer(
-            "reload_controller_libraries", reload, lambda request: self._tried(lambda: self._reload(request.force_kill))
+        tried = self._tried
+        self._offers.offer(
+            {
+                "load_controller": ("LoadController", lambda _, request: tried(self.load, request.name)),
+                "unload_controller": ("UnloadController", lambda _, request: tried(self.unload, request.name)),
+                "switch_controller": ("SwitchController", lambda _, request: tried(self._switch, request)),
+                "list_controllers": ("ListControllers", lambda *_: {"controller": self._list()}),
+                "list_controller_types": ("ListControllerTypes", lambda *_: _list_types()),
+                "reload_controller_libraries": (
+                    "ReloadControllerLibraries",
+                    lambda _, request: tried(self._reload, request.force_kill),
+                ),
+            }
         )
 
-    @property
-    def running(self) -> list[Controller]:
-        """The running controllers."""
-        return [self.controllers[name] for name, state in self._states.items() if state == "running"]
+    def active(self) -> list[Controller]:
+        """Return the running controllers."""
+        return [self.controllers[name] for name in self._running()]
 
     def load(self, name: str) -> None:
         """Create a controller from its parameters on the ROS parameter server.
@@ -77,7 +74,7 @@ class ControllerManager(Component):
             )
         check_name("type of controller", kind, TYPES)
         self.controllers[name] = TYPES[kind](self._model, topic, parameters)
-        self._types[name], self._states[name] = kind, "initialized"
+        self.controllers[name].kind = kind
 
     def unload(self, name: str) -> None:
         """Remove a controller.
@@ -87,10 +84,9 @@ class ControllerManager(Component):
             ConfigurationError: The controller is running.
         """
         check_name("loaded controller", name, self.controllers)
-        if self._states[name] == "running":
+        if self.controllers[name].state == "running":
             raise ControllerError(name, "a running controller cannot be unloaded; stop it first.")
         self.controllers.pop(name).close()
-        del self._types[name], self._states[name]
 
     def switch(self, start: list[str], stop: list[str], strict: bool) -> None:
         """Stop some controllers and start others at the same time.
@@ -106,10 +102,10 @@ class ControllerManager(Component):
             ConfigurationError: Two controllers would claim the same joint, or ``strict`` is True and a controller is
                 already in the requested state.
         """
-        ending = [name for name in stop if self._may(name, "running", strict, "is not running")]
+        ending = [name for name in stop if self._may(name, True, strict, "is not running")]
         restarted = set(ending)
-        beginning = [name for name in start if name in restarted or self._may(name, None, strict, "is running")]
-        after = {name for name, state in self._states.items() if state == "running"} - set(ending) | set(beginning)
+        beginning = [name for name in start if name in restarted or self._may(name, False, strict, "is running")]
+        after = set(self._running()) - set(ending) | set(beginning)
         owners: dict[str, str] = {}
         for name in sorted(after):
             for joint in self.controllers[name].joints:
@@ -121,41 +117,10 @@ class ControllerManager(Component):
                 owners[joint] = name
         for name in dict.fromkeys(ending):
             self.controllers[name].stop(self._bridge.world)
-            self._states[name] = "stopped"
+            self.controllers[name].state = "stopped"
         for name in dict.fromkeys(beginning):
             self.controllers[name].start(self._bridge.world)
-            self._states[name] = "running"
-
-    def before(self, world: World, steps: int) -> None:
-        """Let the running controllers set the joints' targets."""
-        for controller in self.running:
-            controller.before(world, steps)
-
-    def most_steps(self, world: World) -> int | None:
-        """Return the maximum number of steps until the running controllers' next update, or None for no limit."""
-        found = [most for controller in self.running if (most := controller.most_steps(world)) is not None]
-        return min(found, default=None)
-
-    def due_ns(self) -> int | None:
-        """Return the next time at which a running controller publishes [ns], or None if no controller publishes."""
-        return min((due for controller in self.running if (due := controller.due_ns()) is not None), default=None)
-
-    def publish(self, world: World) -> None:
-        """Publish the state of each running controller that is due."""
-        for controller in self.running:
-            due = controller.due_ns()
-            if due is not None and due <= world.time_ns:
-                controller.publish(world)
-
-    def after(self, world: World) -> None:
-        """Let the running controllers read the state after the physics steps."""
-        for controller in self.running:
-            controller.after(world)
-
-    def reset(self, world: World) -> None:
-        """Reset the running controllers."""
-        for controller in self.running:
-            controller.reset(world)
+            self.controllers[name].state = "running"
 
     def close(self) -> None:
         """Shut down the services and remove all controllers."""
@@ -163,9 +128,11 @@ class ControllerManager(Component):
         for controller in self.controllers.values():
             controller.close()
         self.controllers.clear()
-        self._states.clear()
 
-    def _may(self, name: str, state: str | None, strict: bool, complaint: str) -> bool:
+    def _running(self) -> list[str]:
+        return [name for name, controller in self.controllers.items() if controller.state == "running"]
+
+    def _may(self, name: str, running: bool, strict: bool, complaint: str) -> bool:
         """Return whether a controller is loaded and can be started or stopped.
 
         If ``strict`` is True, raise an error instead of returning False.
@@ -175,7 +142,7 @@ class ControllerManager(Component):
                 raise UnknownNameError("loaded controller", name, self.controllers)
             LOG.warning("switch_controller: controller '%s' is ignored because it is not loaded", name)
             return False
-        fits = self._states[name] == state if state else self._states[name] != "running"
+        fits = (self.controllers[name].state == "running") is running
         if not fits and strict:
             raise ControllerError(name, f"the controller {complaint}; no controller was started or stopped.")
         return fits
@@ -184,17 +151,17 @@ class ControllerManager(Component):
         self.switch(list(request.start_controllers), list(request.stop_controllers), request.strictness == _STRICT)
 
     def _reload(self, force: bool) -> None:
-        if self.running and not force:
+        if self.active() and not force:
             raise ConfigurationError(
                 "the controllers cannot be reloaded while they are running; stop them first, or set force_kill."
             )
-        self.switch([], [name for name, state in self._states.items() if state == "running"], strict=False)
+        self.switch([], self._running(), strict=False)
         for name in list(self.controllers):
             self.unload(name)
 
-    def _tried(self, act: Callable[[], None]) -> dict[str, bool]:
+    def _tried(self, act: Callable[[Any], None], given: Any) -> dict[str, bool]:
         try:
-            act()
+            act(given)
         except FrobsError as error:
             LOG.error("%s/controller_manager: %s", self._namespace, error)
             return {"ok": False}
@@ -208,7 +175,7 @@ class ControllerManager(Component):
             mode = controller.interface
             interface = INTERFACES[mode] if mode else "hardware_interface::JointStateInterface"
             resources = [HardwareInterfaceResources(hardware_interface=interface, resources=list(controller.joints))]
-            states.append(ControllerState(name, self._states[name], self._types[name], resources))
+            states.append(ControllerState(name, controller.state, controller.kind, resources))
         return states
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import queue
 from collections.abc import Mapping
 from types import SimpleNamespace
@@ -13,6 +12,7 @@ import numpy as np
 from frobs_core.contracts import CommandMode
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import FrobsError, UnknownNameError
+from frobs_ros.bridge import LOG
 from frobs_ros.bridge.controllers.controller import Controller, listed
 from frobs_ros.bridge.controllers.goal import Points, read_points
 from frobs_ros.bridge.controllers.pid import Pid
@@ -21,8 +21,7 @@ from frobs_ros.bridge.controllers.tolerances import Tolerances
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.world import NANO, World
 from frobs_ros.errors import TrajectoryJointsError
-
-LOG = logging.getLogger("frobs.bridge")
+from frobs_ros.messages.types import find_type
 
 
 class TrajectoryController(Controller):
@@ -40,8 +39,7 @@ class TrajectoryController(Controller):
     def __init__(self, model: Model, topic: str, parameters: Mapping[str, Any], interface: CommandMode) -> None:
         import rospy
         from actionlib import ActionServer
-        from control_msgs.msg import FollowJointTrajectoryAction, JointTrajectoryControllerState
-        from trajectory_msgs.msg import JointTrajectory
+        from control_msgs.msg import FollowJointTrajectoryAction
 
         super().__init__(model, topic, parameters, interface, float(parameters.get("state_publish_rate", 50.0)))
         self.claim(listed(parameters, "joints"))
@@ -52,15 +50,16 @@ class TrajectoryController(Controller):
             gains, ahead = parameters.get("gains", {}), parameters.get("velocity_ff", {})
             self._pid = Pid([gains.get(joint, {}) for joint in self.joints], f"the controller {topic} (gains)")
             self._forward = np.array([float(ahead.get(joint, 0.0)) for joint in self.joints])
+        self._feedback = find_type("control_msgs/FollowJointTrajectoryFeedback")
+        self._result = find_type("control_msgs/FollowJointTrajectoryResult")
         self._runs, self._now = False, 0.0
         self._held: Floats = np.zeros(len(self.joints))
         self._spline = Spline(np.zeros(1), self._held[None])
         self._desired = (self._held, self._held, self._held)
         self._goal: Any = None
         self._inbox: queue.SimpleQueue[tuple[Points | None, Any]] = queue.SimpleQueue()
-        self._message = JointTrajectoryControllerState
-        self._state = self.own(rospy.Publisher(f"{topic}/state", JointTrajectoryControllerState, queue_size=1))
-        self.own(rospy.Subscriber(f"{topic}/command", JointTrajectory, self._take, queue_size=10, tcp_nodelay=True))
+        self._state = self.publisher(f"{topic}/state", "control_msgs/JointTrajectoryControllerState")
+        self.subscribe(f"{topic}/command", "trajectory_msgs/JointTrajectory", self._take, queue_size=10)
         # A rate of 0 keeps actionlib from starting its timer. The timer would fail when simulated time jumps back.
         rospy.set_param("/gazebo/actionlib_status_frequency", 0)
         name, kind = f"{topic}/follow_joint_trajectory", FollowJointTrajectoryAction
@@ -83,10 +82,8 @@ class TrajectoryController(Controller):
 
     def _accept(self, handle: Any) -> None:
         """Accept or reject an action goal. Called in a rospy thread."""
-        from control_msgs.msg import FollowJointTrajectoryResult as Result
-
         goal = handle.get_goal()
-        code, text = Result.INVALID_GOAL, ""
+        code, text = self._result.INVALID_GOAL, ""
         if not self._runs:
             text = "the controller is not running"
         elif not goal.trajectory.points:
@@ -95,23 +92,22 @@ class TrajectoryController(Controller):
             try:
                 points = read_points(goal.trajectory, self.joints, self._held, self._partial)
             except (UnknownNameError, TrajectoryJointsError) as error:
-                code, text = Result.INVALID_JOINTS, str(error)
+                code, text = self._result.INVALID_JOINTS, str(error)
             except FrobsError as error:
                 text = str(error)
             else:
                 if points.start is not None and points.start + points.times[-1] < self._now:
-                    code, text = Result.OLD_HEADER_TIMESTAMP, "the trajectory ends in the past"
+                    code, text = self._result.OLD_HEADER_TIMESTAMP, "the trajectory ends in the past"
         if text:
             LOG.error("%s/follow_joint_trajectory: %s", self.topic, text)
-            handle.set_rejected(Result(error_code=code, error_string=text), text)
+            handle.set_rejected(self._result(error_code=code, error_string=text), text)
             return
         handle.set_accepted()
         self._inbox.put((points, handle))
 
     def _cancel(self, handle: Any) -> None:
-        """Cancel the active action goal. Called in a rospy thread."""
-        if self._goal is not None and handle == self._goal:
-            self._inbox.put((None, None))
+        """Cancel an action goal, which may still wait to be begun. Called in a rospy thread."""
+        self._inbox.put((None, handle))
 
     def start(self, world: World) -> None:
         """Take control of the joints and hold their current positions."""
@@ -161,25 +157,28 @@ class TrajectoryController(Controller):
         self._now = world.time_ns / NANO
         if self._goal is None:
             return
-        from control_msgs.msg import FollowJointTrajectoryResult as Result
-
         error = self._desired[0] - self.positions()
         if self._now < self._spline.end:
             joint = self._tolerances.path_violation(error)
             if joint is not None:
                 text = f"{self.joints[joint]} is {abs(error[joint]):.4g} from the trajectory"
-                self._end_goal(Result.PATH_TOLERANCE_VIOLATED, text)
+                self._end_goal(self._result.PATH_TOLERANCE_VIOLATED, text)
                 self._hold()
             return
         joint = self._tolerances.goal_violation(error, self.velocities())
         if joint is None:
-            self._end_goal(Result.SUCCESSFUL, "")
+            self._end_goal(self._result.SUCCESSFUL, "")
         elif self._now > self._spline.end + self._tolerances.goal_time:
             text = f"{self.joints[joint]} is {abs(error[joint]):.4g} from the goal, at {self.velocities()[joint]:.4g}/s"
-            self._end_goal(Result.GOAL_TOLERANCE_VIOLATED, text)
+            self._end_goal(self._result.GOAL_TOLERANCE_VIOLATED, text)
 
     def _begin(self, points: Points | None, handle: Any, now: float) -> None:
-        """Start following a new trajectory, or hold the current positions if ``points`` is None."""
+        """Start following a new trajectory, or hold the current positions if ``points`` is None.
+
+        ``handle`` is the action goal of the trajectory, or the one to cancel. It is None if the topic sent it.
+        """
+        if points is None and handle is not None and handle != self._goal:
+            return  # the goal ended before its cancellation arrived
         self._end_goal(None, "another trajectory was sent" if points else "cancelled")
         if points is None:
             self._hold()
@@ -219,47 +218,39 @@ class TrajectoryController(Controller):
 
     def _end_goal(self, code: int | None, text: str) -> None:
         """Report the active goal's result to the client, or report a cancellation if ``code`` is None."""
-        from control_msgs.msg import FollowJointTrajectoryResult as Result
-
         goal, self._goal = self._goal, None
         if goal is None:
             return
         if code is None:
-            goal.set_canceled(Result(error_string=text), text)
-        elif code == Result.SUCCESSFUL:
-            goal.set_succeeded(Result(error_code=code), text)
+            goal.set_canceled(self._result(error_string=text), text)
+        elif code == self._result.SUCCESSFUL:
+            goal.set_succeeded(self._result(error_code=code), text)
         else:
             LOG.warning("%s/follow_joint_trajectory: %s", self.topic, text)
-            goal.set_aborted(Result(error_code=code, error_string=text), text)
+            goal.set_aborted(self._result(error_code=code, error_string=text), text)
 
     def _empty_inbox(self) -> None:
         while not self._inbox.empty():
-            _, handle = self._inbox.get()
-            if handle is not None:
+            points, handle = self._inbox.get()
+            if points is not None and handle is not None:
                 handle.set_canceled(text="the controller was restarted")
 
     def tell(self, world: World) -> None:
         """Publish the controller's state and the feedback on the active goal."""
         if self._state.get_num_connections() == 0 and self._goal is None:
             return
-        from control_msgs.msg import FollowJointTrajectoryFeedback
+        header, actual = self.header(world), (self.positions(), self.velocities())
+        error = self._desired[0] - actual[0], self._desired[1] - actual[1]
 
-        kinds = [self._message] + ([FollowJointTrajectoryFeedback] if self._goal is not None else [])
-        stamp = self.next_stamp(world)
-        actual = self.positions(), self.velocities()
-        for kind in kinds:
-            message = kind(joint_names=list(self.joints))
-            message.header.stamp = stamp
-            for point, values in (
-                (message.desired, self._desired),
-                (message.actual, actual),
-                (message.error, (self._desired[0] - actual[0], self._desired[1] - actual[1])),
-            ):
+        def fill(message: Any) -> Any:
+            for point, values in ((message.desired, self._desired), (message.actual, actual), (message.error, error)):
                 point.positions, point.velocities = values[0].tolist(), values[1].tolist()
-            if kind is self._message:
-                self._state.publish(message)
-            else:
-                self._goal.publish_feedback(message)
+            return message
+
+        names = list(self.joints)
+        self._state.publish(fill(self._state.data_class(header=header, joint_names=names)))
+        if self._goal is not None:
+            self._goal.publish_feedback(fill(self._feedback(header=header, joint_names=names)))
 
     def close(self) -> None:
         """End the active goal and unregister all topics and the action."""

@@ -11,7 +11,6 @@ A camera looks along the x axis of the sensor frame, with the z axis up. Images 
 
 from __future__ import annotations
 
-import logging
 from typing import Any
 
 import numpy as np
@@ -19,15 +18,14 @@ import numpy.typing as npt
 
 from frobs_core.contracts import Simulation
 from frobs_core.util.errors import RenderingUnavailableError
+from frobs_ros.bridge import LOG
 from frobs_ros.bridge.camera_optics import CameraOptics, camera_name, read_optics
 from frobs_ros.bridge.component import Component
-from frobs_ros.bridge.gazebo_elements import Plugin
+from frobs_ros.bridge.gazebo_elements import CAMERAS, Plugin
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.plugins.differential_drive import topic
 from frobs_ros.bridge.world import World
-from frobs_ros.errors import GazeboElementError
+from frobs_ros.ros.names import resolve
 
-LOG = logging.getLogger("frobs.bridge")
 Pixels = npt.NDArray[np.uint8]
 
 _USUAL_RATE = 30.0  # default rate [Hz], whereas Gazebo renders as fast as possible by default
@@ -46,39 +44,26 @@ class CameraTopics(Component):
     """
 
     def __init__(self, model: Model, plugin: Plugin, space: str) -> None:
-        import rospy
-        from sensor_msgs.msg import CameraInfo, Image
-
-        sensor = plugin.sensor
-        if sensor is None or not sensor.is_camera:
-            raise GazeboElementError(
-                f"the plugin '{plugin.name}'", "the plugin must be inside a <sensor> that has a <camera>."
-            )
+        sensor = plugin.owner("<sensor> that has a <camera>", CAMERAS)
         for name in _DISTORTION:
             if plugin.number(name, default=0.0):
-                raise GazeboElementError(
-                    f"the plugin '{plugin.name}'", f"lens distortion is not supported; set <{name}> to 0."
-                )
-        rates = [rate for rate in (sensor.rate, plugin.number("updateRate", default=0.0)) if rate > 0.0]
-        super().__init__(min(rates, default=_USUAL_RATE))
-        self._plugin, self._space = plugin, topic(space, plugin.text("cameraName")).rstrip("/")
+                raise plugin.error(f"lens distortion is not supported; set <{name}> to 0.")
+        super().__init__(plugin.lowest_rate("updateRate", 0.0, _USUAL_RATE))
+        self._plugin, self._space = plugin, resolve(space, plugin.text("cameraName")).rstrip("/")
         self._camera, self._title = camera_name(model, sensor), f"model '{model.name}': the camera '{sensor.name}'"
         self._frame = plugin.text("frameName", default="world").strip("/")
         self._random = np.random.default_rng(0)
-        self._rospy = rospy
         self.optics: CameraOptics = read_optics(sensor)
-        self._image = self._publisher("imageTopicName", "image_raw", Image)
-        self._info = self._publisher("cameraInfoTopicName", "camera_info", CameraInfo)
+        self._image = self._publisher("imageTopicName", "image_raw", "Image")
+        self._info = self._publisher("cameraInfoTopicName", "camera_info", "CameraInfo")
         self._intrinsics = _intrinsics(self.optics, plugin)
 
     def tell(self, world: World) -> None:
         """Render and publish if there are subscribers."""
         if world.simulation is None or not any(publisher.get_num_connections() for publisher in self._topics):
             return
-        from std_msgs.msg import Header
-
         try:
-            self._send(world.simulation, Header(stamp=self.next_stamp(world), frame_id=self._frame))
+            self._send(world.simulation, self.header(world, self._frame))
         except RenderingUnavailableError as error:
             LOG.error("%s publishes nothing: %s", self._title, error)
             self.publish_no_more()
@@ -93,9 +78,9 @@ class CameraTopics(Component):
         if publisher.get_num_connections():
             publisher.publish(publisher.data_class(header=header, **self._intrinsics))
 
-    def _publisher(self, parameter: str, usual: str, kind: Any) -> Any:
-        name = topic(self._space, self._plugin.text(parameter, default=usual))
-        return self.own(self._rospy.Publisher(name, kind, queue_size=2, tcp_nodelay=True))
+    def _publisher(self, parameter: str, usual: str, kind: str) -> Any:
+        name = resolve(self._space, self._plugin.text(parameter, default=usual))
+        return self.publisher(name, f"sensor_msgs/{kind}", queue_size=2)
 
     def _colors(self, simulation: Simulation) -> Pixels:
         """Return an RGB image (h, w, 3)."""

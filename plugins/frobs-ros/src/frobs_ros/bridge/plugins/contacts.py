@@ -10,13 +10,12 @@ header but does not rotate the force.
 
 from __future__ import annotations
 
-from frobs_core.util.errors import UnknownNameError
+from frobs_core.util.errors import check_name
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.gazebo_elements import Plugin
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.plugins.differential_drive import topic
 from frobs_ros.bridge.world import World
-from frobs_ros.errors import GazeboElementError
+from frobs_ros.ros.names import resolve
 
 _USUAL_RATE = 100.0  # default rate [Hz], whereas Gazebo publishes after each physics step by default
 
@@ -33,31 +32,21 @@ class BumperTopic(Component):
     """
 
     def __init__(self, model: Model, plugin: Plugin, space: str) -> None:
-        import rospy
-        from gazebo_msgs.msg import ContactsState
-
-        if plugin.sensor is None or plugin.sensor.kind != "contact":
-            raise GazeboElementError(
-                f"the plugin '{plugin.name}'", 'the plugin must be inside a <sensor type="contact">.'
-            )
-        if plugin.sensor.link not in model.links:
-            what = f"link of '{model.name}' for the plugin '{plugin.name}'"
-            raise UnknownNameError(what, plugin.sensor.link, model.links)
-        super().__init__(plugin.sensor.rate or _USUAL_RATE)
-        self._key = model.name, plugin.sensor.link
+        sensor = plugin.owner('<sensor type="contact">', ("contact",))
+        check_name(f"link of '{model.name}' for the plugin '{plugin.name}'", sensor.link, model.links)
+        super().__init__(sensor.rate or _USUAL_RATE)
+        self._key = model.name, sensor.link
         self._frame = plugin.text("frameName", default="world").strip("/")
-        name = topic(space, plugin.text("bumperTopicName", default="bumper_states"))
-        self._publisher = self.own(rospy.Publisher(name, ContactsState, queue_size=1, tcp_nodelay=True))
+        name = resolve(space, plugin.text("bumperTopicName", default="bumper_states"))
+        self._publisher = self.publisher(name, "gazebo_msgs/ContactsState")
 
     def tell(self, world: World) -> None:
-        """Publish if there are subscribers."""
         simulation = world.simulation
         if simulation is None or self._publisher.get_num_connections() == 0:
             return
         from gazebo_msgs.msg import ContactState
 
-        message = self._publisher.data_class()
-        message.header.frame_id, message.header.stamp = self._frame, self.next_stamp(world)
+        message = self._publisher.data_class(header=self.header(world, self._frame))
         for touch in world.touches[self._key]:
             if simulation.contact(touch.name)[0]:
                 state = ContactState(collision1_name=touch.first, collision2_name=touch.second)

@@ -39,16 +39,14 @@ class DepthTopics(CameraTopics):
     """
 
     def __init__(self, model: Model, plugin: Plugin, space: str, most: float = math.inf) -> None:
-        from sensor_msgs.msg import CameraInfo, Image, PointCloud2
-
         super().__init__(model, plugin, space)
         self._range = (
             plugin.number("pointCloudCutoff", default=0.4),
             min(plugin.number("pointCloudCutoffMax", default=most), self.optics.far),
         )
-        self._depth = self._publisher("depthImageTopicName", "depth/image_raw", Image)
-        self._depth_info = self._publisher("depthImageCameraInfoTopicName", "depth/camera_info", CameraInfo)
-        self._cloud = self._publisher("pointCloudTopicName", "points", PointCloud2)
+        self._depth = self._publisher("depthImageTopicName", "depth/image_raw", "Image")
+        self._depth_info = self._publisher("depthImageCameraInfoTopicName", "depth/camera_info", "CameraInfo")
+        self._cloud = self._publisher("pointCloudTopicName", "points", "PointCloud2")
         height, width = self.optics.size
         self._right = (np.arange(width) - 0.5 * (width - 1)) / self.optics.focal_length  # (w,) of a point at depth 1
         self._down = (np.arange(height) - 0.5 * (height - 1))[:, None] / self.optics.focal_length  # (h, 1)

@@ -23,16 +23,11 @@ class Scan(Component):
     """
 
     def __init__(self, model: Model, sensor: str, topic: str, frame: str, noise: float = 0.0) -> None:
-        import rospy
-        from sensor_msgs.msg import LaserScan
-
-        assert model.description.placement is not None
-        self._lidar: Lidar = model.description.placement.robot.lidars[sensor]
+        self._lidar: Lidar = model.placement().robot.lidars[sensor]
         super().__init__(self._lidar.rate or 100.0)
         self._model, self._sensor, self._noise = model, sensor, noise
         self._random = np.random.default_rng(0)
-        self._message = LaserScan
-        self._publisher = self.own(rospy.Publisher(topic, LaserScan, queue_size=1, tcp_nodelay=True))
+        self._publisher = self.publisher(topic, "sensor_msgs/LaserScan")
         angles = self._lidar.angles
         self._fixed = {
             "angle_min": float(angles[0]),
@@ -45,36 +40,28 @@ class Scan(Component):
         self._frame = frame
 
     def tell(self, world: World) -> None:
-        """Publish if there are subscribers."""
         if self._publisher.get_num_connections() == 0:
             return
-        robot = self._model.robot
-        assert robot is not None
-        ranges = robot.lidar(self._sensor)[0]
+        ranges = self._model.handle.lidar(self._sensor)[0]
         nothing = ranges >= self._lidar.range_max
         if self._noise:
             noisy = ranges + self._random.normal(0.0, self._noise, len(ranges))
             ranges = np.clip(noisy, self._lidar.range_min, self._lidar.range_max)
-        message = self._message(ranges=np.where(nothing, math.inf, ranges).tolist(), **self._fixed)
-        message.header.frame_id, message.header.stamp = self._frame, self.next_stamp(world)
-        self._publisher.publish(message)
+        ranges = np.where(nothing, math.inf, ranges).tolist()
+        self._publisher.publish(header=self.header(world, self._frame), ranges=ranges, **self._fixed)
 
 
 class Truth(Component):
     """Publisher of a link's true pose and twist as ``nav_msgs/Odometry``, for libgazebo_ros_p3d.so."""
 
     def __init__(self, model: Model, link: str, topic: str, frame: str, rate: float) -> None:
-        import rospy
-        from nav_msgs.msg import Odometry
-
         super().__init__(rate)
         self._model, self._link, self._frame = model, link, frame
-        self._publisher = self.own(rospy.Publisher(topic, Odometry, queue_size=1, tcp_nodelay=True))
+        self._publisher = self.publisher(topic, "nav_msgs/Odometry")
 
     def tell(self, world: World) -> None:
-        """Publish if there are subscribers."""
         if self._publisher.get_num_connections() == 0:
             return
         place = self._model.link_place(self._link)
         motion = self._model.link_motion(self._link).turned(quat_conjugate(place.quat_wxyz))
-        self._publisher.publish(odometry(self._frame, self._link, self.next_stamp(world), place, motion)[0])
+        self._publisher.publish(odometry(self.header(world, self._frame), self._link, place, motion)[0])

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import copy
-import logging
 import tempfile
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from pathlib import Path
 from xml.etree.ElementTree import Element as PlainElement
 
@@ -14,15 +12,14 @@ from frobs_core.contracts import CommandMode
 from frobs_core.description import Body, Placement, Robot
 from frobs_core.models import Pose
 from frobs_core.util.errors import ModelFileError
-from frobs_models import Element, parse_xml, read_urdf
+from frobs_models import Element, Packages, parse_xml, read_urdf
+from frobs_ros.bridge import LOG
 from frobs_ros.bridge.gazebo_elements import SENSORS, read_lidars
 from frobs_ros.bridge.model import Description, with_gains
 from frobs_ros.bridge.poses import Place
-from frobs_ros.bridge.sdf.reading import check, model_paths, open_sdf, packages_of, place_of, says
+from frobs_ros.bridge.sdf.reading import check, open_sdf, place_of, says
 from frobs_ros.bridge.sdf.shapes import Shape, read_collision, read_visual
 from frobs_ros.bridge.sdf.urdf import write_urdf
-
-LOG = logging.getLogger("frobs.bridge")
 
 
 @dataclass(frozen=True)
@@ -45,12 +42,6 @@ def describe_sdf(text: str) -> Description:
     Raises:
         ModelFileError: The document does not contain exactly one model, or an element is not supported.
     """
-    return _describe(text, model_paths())
-
-
-@lru_cache(maxsize=32)  # repeated spawns reuse the result unless the search paths change
-def _describe(text: str, paths: tuple[str, ...]) -> Description:
-    del paths
     with tempfile.TemporaryDirectory() as folder:
         root = open_sdf(text, Path(folder, "spawned.sdf"))
         models = list(root.children("model"))
@@ -136,7 +127,7 @@ def _moving(links: dict[str, SdfLink], model: Element) -> Description:
     urdf, offsets, fixed = write_urdf(links, model)
     file = model.file
     try:
-        read = read_urdf(parse_xml(urdf, file, expanded=True), file, packages_of(file))
+        read = read_urdf(parse_xml(urdf, file, expanded=True), file, Packages(None, file))
     except ModelFileError as error:
         model.refuse(f"the model cannot be converted to a robot: {error.reason}")
     elements = _elements(links, model)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -108,7 +107,7 @@ def find_model(uri: str, element: Element) -> Path:
     own = _MODELS.expanduser() / name
     folder = own if own.is_dir() else None
     try:
-        folder = packages_of(element.file).find(name)
+        folder = Packages(None, element.file).find(name)
     except ModelFileError as error:
         if folder is None:
             element.refuse(
@@ -119,11 +118,6 @@ def find_model(uri: str, element: Element) -> Path:
     files = [item.text or "" for item in parse_xml(read_bytes(config), config).iter("sdf")] if config.is_file() else []
     file = folder / (files[-1].strip() if files else "model.sdf")
     return file if file.is_file() else element.refuse(f"the model '{name}' has no file {file}.")
-
-
-def packages_of(file: Path) -> Packages:
-    """Return the search locations for models, packages and ``model://`` meshes that a file refers to."""
-    return Packages(None, file)
 
 
 def open_sdf(text: bytes | str, file: Path) -> Element:
@@ -137,8 +131,3 @@ def open_sdf(text: bytes | str, file: Path) -> Element:
         root.refuse("the root element of an SDF file must be <sdf>.")
     check(root, ("model", "world", "light"))
     return root
-
-
-def model_paths() -> tuple[str, ...]:
-    """Return the values of the environment variables that determine which models are found."""
-    return tuple(os.environ.get(name, "") for name in ("GAZEBO_MODEL_PATH", "ROS_PACKAGE_PATH", "HOME"))

@@ -8,9 +8,9 @@ import numpy as np
 
 from frobs_core.models import Box, Cylinder, Geometry, Mesh, Sphere
 from frobs_core.util.errors import ModelFileError
-from frobs_models import Element
+from frobs_models import Element, Packages
 from frobs_ros.bridge.poses import Place
-from frobs_ros.bridge.sdf.reading import check, number_of, numbers_of, packages_of, place_of, text_of
+from frobs_ros.bridge.sdf.reading import check, number_of, numbers_of, place_of, text_of
 
 _SHAPES = ("box", "cylinder", "sphere", "mesh", "plane")
 _THICKNESS = 0.1  # thickness [m] of the box that replaces a plane; the plane becomes the top face of the box
@@ -60,10 +60,8 @@ def read_visual(element: Element) -> Shape:
     """
     passed_over = ("cast_shadows", "transparency", "meta", "laser_retro", "plugin", "visibility_flags")
     check(element, ("pose", "geometry", "material"), passed_over)
-    rgba = next((text for tag in ("diffuse", "ambient") if (text := text_of(element, f"material/{tag}"))), "")
-    colour = numbers_of(element, "material/diffuse", "0 0 0 1") if rgba else list(_GREY)
-    if rgba and not text_of(element, "material/diffuse"):
-        colour = numbers_of(element, "material/ambient", "0 0 0 1")
+    path = next((path for path in ("material/diffuse", "material/ambient") if text_of(element, path)), "")
+    colour = numbers_of(element, path, "0 0 0 1") if path else _GREY
     r, g, b, a = (min(1.0, max(0.0, value)) for value in colour)
     return _shape(element, rgba=(r, g, b, a))
 
@@ -103,7 +101,7 @@ def _geometry(form: Element) -> Geometry:
     check(form, ("uri", "scale"))
     x, y, z = numbers_of(form, "scale", "1 1 1")
     try:
-        return Mesh(packages_of(form.file).resolve(text_of(form, "uri"), form.file.parent), (x, y, z))
+        return Mesh(Packages(None, form.file).resolve(text_of(form, "uri"), form.file.parent), (x, y, z))
     except ModelFileError as error:
         return form.refuse(f"the mesh '{text_of(form, 'uri')}' cannot be used: {error.reason}")
 

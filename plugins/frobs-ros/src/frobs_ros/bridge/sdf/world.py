@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from frobs_models import Element, read_bytes
+from frobs_ros.bridge import LOG
 from frobs_ros.bridge.model import Description
 from frobs_ros.bridge.poses import Place
 from frobs_ros.bridge.sdf.model import describe_model
 from frobs_ros.bridge.sdf.reading import check, find_model, number_of, numbers_of, open_sdf, place_of, says, text_of
 
-LOG = logging.getLogger("frobs.bridge")
 _PASSED_OVER = ("scene", "gui", "state", "spherical_coordinates", "audio", "wind", "atmosphere", "magnetic_field")
 _GROUND = ("model://ground_plane", "model://asphalt_plane")
 

@@ -7,35 +7,16 @@ from typing import Any
 import numpy as np
 
 from frobs_core.models import Link
-from frobs_core.util.errors import UnknownNameError
+from frobs_core.util.errors import ConfigurationError
 from frobs_core.util.rotations import quat_conjugate, quat_rotate
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.forces import BodyWrench
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.poses import Motion, Place, place_of, read_state, read_vector, write_pose, write_twist
-from frobs_ros.bridge.services.offer import Offers, done, failed
+from frobs_ros.bridge.poses import Motion, Place, place_of, pose_message, read_state, read_vector, twist_message
+from frobs_ros.bridge.services.offer import Services, done, found
+from frobs_ros.messages.types import find_type
 
 _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-
-
-def offer_link_services(offers: Offers) -> None:
-    """Provide the services for links."""
-    from gazebo_msgs.srv import (
-        ApplyBodyWrench,
-        BodyRequest,
-        GetLinkProperties,
-        GetLinkState,
-        SetLinkProperties,
-        SetLinkState,
-    )
-
-    bridge = offers.bridge
-    offers.offer("get_link_state", GetLinkState, lambda request: _get_state(bridge, request))
-    offers.offer("set_link_state", SetLinkState, lambda request: set_link_state(bridge, request.link_state))
-    offers.offer("get_link_properties", GetLinkProperties, lambda request: _get_properties(bridge, request))
-    offers.offer("set_link_properties", SetLinkProperties, lambda request: _set_properties(bridge, request))
-    offers.offer("apply_body_wrench", ApplyBodyWrench, lambda request: _apply(bridge, request))
-    offers.offer("clear_body_wrenches", BodyRequest, lambda request: _clear(bridge, request))
 
 
 def times(bridge: Bridge, request: Any) -> tuple[int, int | None]:
@@ -49,39 +30,30 @@ def times(bridge: Bridge, request: Any) -> tuple[int, int | None]:
 
 
 def _get_state(bridge: Bridge, request: Any) -> dict[str, Any]:
-    from gazebo_msgs.msg import LinkState
-
-    try:
-        model, link = bridge.world.find_link(request.link_name)
-    except UnknownNameError as error:
-        return failed(f"GetLinkState: link not found, did you forget to scope the link by model name? {error}")
-    try:
-        frame, frame_motion = bridge.world.frame(request.reference_frame)
-    except UnknownNameError:
-        return failed("GetLinkState: reference_frame not found, did you forget to scope the link by model name?")
+    hint = "not found, did you forget to scope the link by model name?"
+    model, link = found(bridge.world.find_link, request.link_name, f"link {hint}", explain=True)
+    frame, frame_motion = found(bridge.world.frame, request.reference_frame, f"reference_frame {hint}")
     motion = model.link_motion(link)
     relative = Motion(motion.linear - frame_motion.linear, motion.angular - frame_motion.angular)
-    state = LinkState(link_name=request.link_name, reference_frame=request.reference_frame)
-    write_pose(model.link_place(link).seen_from(frame), state.pose)
-    write_twist(relative.turned(quat_conjugate(frame.quat_wxyz)), state.twist)
+    state = find_type("gazebo_msgs/LinkState")(
+        request.link_name,
+        pose_message(model.link_place(link).seen_from(frame)),
+        twist_message(relative.turned(quat_conjugate(frame.quat_wxyz))),
+        request.reference_frame,
+    )
     return done("GetLinkState: got state", link_state=state)
 
 
 def set_link_state(bridge: Bridge, state: Any) -> dict[str, Any]:
     """Teleport a model by setting the state of its root link. Other links cannot be teleported."""
-    try:
-        model, link = bridge.world.find_link(state.link_name)
-    except UnknownNameError as error:
-        return failed(f"SetLinkState: link [{state.link_name}] does not exist. {error}")
+    unknown = f"link [{state.link_name}] does not exist."
+    model, link = found(bridge.world.find_link, state.link_name, unknown, explain=True)
     if link != model.links[0]:
-        return failed(
-            f"SetLinkState: the pose of link '{link}' depends on the joints of model '{model.name}'; set the state of "
+        raise ConfigurationError(
+            f"the pose of link '{link}' depends on the joints of model '{model.name}'; set the state of "
             f"the root link '{model.links[0]}', or move the joints with set_model_configuration"
         )
-    try:
-        frame = bridge.world.frame(state.reference_frame)
-    except UnknownNameError:
-        return failed("SetLinkState: reference_frame is not a valid entity name")
+    frame = found(bridge.world.frame, state.reference_frame, "reference_frame is not a valid entity name")
     bridge.world.put(model, *read_state(state, *frame))
     return done("SetLinkState: success")
 
@@ -92,41 +64,33 @@ def _link(model: Model, name: str) -> Link | None:
 
 
 def _get_properties(bridge: Bridge, request: Any) -> dict[str, Any]:
-    from geometry_msgs.msg import Pose
-
-    try:
-        model, name = bridge.world.find_link(request.link_name)
-    except UnknownNameError as error:
-        return failed(f"GetLinkProperties: link [{request.link_name}] not found. {error}")
+    unknown = f"link [{request.link_name}] not found."
+    model, name = found(bridge.world.find_link, request.link_name, unknown, explain=True)
     link = _link(model, name)
     if link is None or link.inertial is None or bridge.world.simulation is None:
         return done("GetLinkProperties: got properties", gravity_mode=not model.is_static)
-    mass = float(bridge.world.simulation.parameter("mass", f"{model.key}/{name}")[0])
+    mass = float(bridge.world.parameter("mass", f"{model.key}/{name}")[0])
     scale = mass / link.inertial.mass if link.inertial.mass else 1.0
     centre = Place(place_of(link.inertial.origin).pos, np.array([1.0, 0.0, 0.0, 0.0]))
     # As in Gazebo, the inertia is about the center of mass, and its axes are oriented as in the model file.
     inertia = dict(zip(_INERTIA, (scale * value for value in link.inertial.inertia), strict=True))
-    return done(
-        "GetLinkProperties: got properties", com=write_pose(centre, Pose()), gravity_mode=True, mass=mass, **inertia
-    )
+    return done("GetLinkProperties: got properties", com=pose_message(centre), gravity_mode=True, mass=mass, **inertia)
 
 
 def _set_properties(bridge: Bridge, request: Any) -> dict[str, Any]:
     properties = _get_properties(bridge, request)
-    if not properties["success"]:
-        return failed(str(properties["status_message"]).replace("Get", "Set"))
     model, name = bridge.world.find_link(request.link_name)
     if "mass" not in properties:
-        return failed(f"SetLinkProperties: link '{name}' is static or has no mass, so its properties cannot be set")
+        raise ConfigurationError(f"link '{name}' is static or has no mass, so its properties cannot be set")
     if not request.mass > 0.0:
-        return failed(f"SetLinkProperties: the mass is {request.mass} kg; it must be above 0")
+        raise ConfigurationError(f"the mass is {request.mass} kg; it must be above 0")
     scale = request.mass / properties["mass"]
     same = np.allclose(read_vector(request.com.position), read_vector(properties["com"].position), atol=1e-9)
     inertia = np.array([getattr(request, key) for key in _INERTIA])
     kept = np.array([properties[key] for key in _INERTIA])
     if not same or not request.gravity_mode or not (np.allclose(inertia, kept) or np.allclose(inertia, scale * kept)):
-        return failed(
-            "SetLinkProperties: nothing was set. Only the mass can be changed, and the inertia is scaled by the "
+        raise ConfigurationError(
+            "nothing was set. Only the mass can be changed, and the inertia is scaled by the "
             "same ratio; set com, gravity_mode and inertia to the values that get_link_properties returns"
         )
     bridge.world.write_parameter("mass", f"{model.key}/{name}", np.array([request.mass]))
@@ -135,16 +99,12 @@ def _set_properties(bridge: Bridge, request: Any) -> dict[str, Any]:
 
 def _apply(bridge: Bridge, request: Any) -> dict[str, Any]:
     world = bridge.world
-    try:
-        model, link = world.find_link(request.body_name)
-    except UnknownNameError as error:
-        return failed(f"ApplyBodyWrench: body [{request.body_name}] does not exist. {error}")
+    unknown = f"body [{request.body_name}] does not exist."
+    model, link = found(world.find_link, request.body_name, unknown, explain=True)
     if model.is_static:
-        return failed(f"ApplyBodyWrench: model '{model.name}' is static, so forces have no effect")
-    try:
-        frame, _ = world.frame(request.reference_frame)
-    except UnknownNameError as error:
-        return failed(f"ApplyBodyWrench: reference_frame [{request.reference_frame}] not found. {error}")
+        raise ConfigurationError(f"model '{model.name}' is static, so forces have no effect")
+    unknown = f"reference_frame [{request.reference_frame}] not found."
+    frame, _ = found(world.frame, request.reference_frame, unknown, explain=True)
     force = quat_rotate(frame.quat_wxyz, read_vector(request.wrench.force))
     torque = quat_rotate(frame.quat_wxyz, read_vector(request.wrench.torque))
     # If the reference frame is the world frame, Gazebo ignores the reference point.
@@ -156,10 +116,20 @@ def _apply(bridge: Bridge, request: Any) -> dict[str, Any]:
         centre = place.pos + quat_rotate(place.quat_wxyz, origin)
         point = frame.pos + quat_rotate(frame.quat_wxyz, read_vector(request.reference_point))
         torque = torque + np.cross(point - centre, force)
-    world.forces.add(BodyWrench(model.name, link, force, torque, *times(bridge, request)))
+    world.forces.add(BodyWrench(model.name, link, *times(bridge, request), force, torque))
     return done("")
 
 
 def _clear(bridge: Bridge, request: Any) -> None:
     model, link = bridge.world.find_link(request.body_name)
-    bridge.world.forces.clear_link(model.name, link)
+    bridge.world.forces.remove(model.name, link, BodyWrench)
+
+
+SERVICES: Services = {
+    "get_link_state": ("GetLinkState", _get_state),
+    "set_link_state": ("SetLinkState", lambda bridge, request: set_link_state(bridge, request.link_state)),
+    "get_link_properties": ("GetLinkProperties", _get_properties),
+    "set_link_properties": ("SetLinkProperties", _set_properties),
+    "apply_body_wrench": ("ApplyBodyWrench", _apply),
+    "clear_body_wrenches": ("BodyRequest", _clear),
+}
