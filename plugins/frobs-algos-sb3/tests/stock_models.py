@@ -106,6 +106,15 @@ else:
     }
 
 
+def spaces_of(path: Path) -> tuple[gym.Space[Any], gym.Space[Any]]:
+    """Return the spaces of the environment in which a stock model was made, from the model's pickles."""
+    data = read_data(path)
+    observation, action = (
+        pickle.loads(base64.b64decode(data[key][":serialized:"])) for key in ("observation_space", "action_space")
+    )
+    return observation, action
+
+
 def write(name: str, folder: Path) -> Path:
     """Write a stock model; it is as good as trained, for its weights are random."""
     th.manual_seed(0)

@@ -14,7 +14,7 @@ import pytest
 import test_sb3_exact as exact
 
 from frobs_algos import demonstrations
-from frobs_algos_sb3.vec_env import NoEnvironment
+from frobs_algos.spaces import NoEnvironment
 from frobs_algos_sb3_fixtures import Family
 from frobs_core.util.errors import (
     CheckpointError,
@@ -65,6 +65,7 @@ class DataSets(ModuleType):
             "reward": self.reward,
             "terminated": np.array([0, 0, 1, 0, 0, 0], bool),
             "episode_start": np.array([1, 0, 0, 1, 0, 0], bool),
+            "intervention": np.ones(6, bool),
             "success": np.ones(2, bool),
         }
 

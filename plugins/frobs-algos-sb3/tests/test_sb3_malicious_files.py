@@ -73,9 +73,11 @@ def test_a_malicious_field_is_refused_or_ignored(
     name: str, field: str, readable: bool, stock: dict[str, Path], tmp_path: Path, touched: Path
 ) -> None:
     path = poison(stock[name], tmp_path / "model.zip", field, touched, readable)
-    for env in (None, *([gym.make("Pendulum-v1")] if readable else [])):  # what only training needs, too
+    env = gym.make("Pendulum-v1")
+    spaces = env.observation_space, env.action_space
+    for given in ({}, {"spaces": spaces}, *([{"env": env}] if readable else [])):  # what only training needs, too
         with contextlib.suppress(FrobsError):
-            load_model(path, env)
+            load_model(path, **given)
     assert not touched.exists()
 
 
@@ -84,8 +86,9 @@ def test_every_field_at_once_is_refused(name: str, stock: dict[str, Path], tmp_p
     path = stock[name]
     for number, field in enumerate(FIELDS[name]):
         path = poison(path, tmp_path / f"{number}.zip", field, touched, readable=False)
-    with pytest.raises(UntrustedFileError, match="--trust or trust=True"):
-        load_model(path)
+    for env in (None, gym.make("Pendulum-v1")):
+        with pytest.raises(FrobsError, match="--trust or trust=True" if env is None else "."):
+            load_model(path, env)
     assert not touched.exists()
 
 
@@ -123,7 +126,8 @@ def test_a_malicious_tensor_file_is_refused(
 def test_a_malicious_text_is_ignored(member: str, stock: dict[str, Path], tmp_path: Path, touched: Path) -> None:
     content = pickle.dumps(Payload(touched))
     path = stock_models.rewrite(stock["td3-layers"], tmp_path / "model.zip", **{member.replace(".", "__"): content})
-    assert isinstance(load_model(path), sb3.TD3)
+    env = gym.make("Pendulum-v1")
+    assert isinstance(load_model(path, spaces=(env.observation_space, env.action_space)), sb3.TD3)
     assert not touched.exists()
 
 
@@ -221,7 +225,7 @@ def test_nonsense_in_a_field_is_an_error_of_ours(
     data[field] = value
     path = stock_models.rewrite(stock["td3-layers"], tmp_path / "model.zip", data=json.dumps(data).encode())
     with pytest.raises(FrobsError, match=str(path)):
-        load_model(path, gym.make("Pendulum-v1") if field in ("gamma", "learning_rate") else None, train_freq=1)
+        load_model(path, gym.make("Pendulum-v1"), train_freq=1)
 
 
 def test_a_tensor_that_claims_more_than_it_holds_is_refused(stock: dict[str, Path], tmp_path: Path) -> None:

@@ -45,7 +45,7 @@ def test_a_model_file_is_evaluated_without_a_run(reach: Path) -> None:
 def test_the_environment_is_made_as_the_settings_say(reach: Path) -> None:
     result = frobs("evaluate", REACH, "--model", reach, "--set", "environment_kwargs.controller=tcp_delta_position")
     assert result.exit_code == 2
-    assert "was trained with action space" in result.stderr
+    assert "was trained with action_space" in result.stderr
     assert "--set environment_kwargs.controller" in result.stderr
 
 
@@ -95,7 +95,7 @@ def test_pictures_may_have_their_channels_last(tmp_path: Path) -> None:
     env = stock_models.image()
     policy, _ = open_policy(path, env.observation_space, env.action_space)
     assert policy.predict(env.observation_space.sample()[None])[0].shape == (1,)
-    with pytest.raises(RunError, match="trained with action space"):
+    with pytest.raises(RunError, match="trained with action_space"):
         open_policy(path, env.observation_space, gym.spaces.Discrete(3))
 
 

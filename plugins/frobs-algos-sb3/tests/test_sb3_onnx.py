@@ -18,7 +18,8 @@ from gymnasium import spaces
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.vec_env import VecNormalize
 
-from frobs_algos_sb3.onnx import export_policy
+from frobs_algos.onnx import export_graph
+from frobs_algos_sb3.onnx import policy_graph
 from frobs_algos_sb3.ppo import PPO
 from frobs_algos_sb3.vec_env import VectorEnvAdapter
 from frobs_core import plugins
@@ -125,7 +126,7 @@ def test_continuous_actions_are_the_trainers(name: str, real: Real) -> None:
     model = shaken(cls("MlpPolicy", real.venvs["joint_delta_position"], device="cpu", seed=0, **kwargs))
     space = model.observation_space
     assert isinstance(space, spaces.Box)
-    graph = export_policy(model, None, space)
+    graph = export_graph(lambda: policy_graph(model, None, space))
     for observation in (real.observations["joint_delta_position"].reshape(1000, -1), edges(space)):
         expected, _ = model.predict(observation, deterministic=True)
         found = run(graph, {"observation": observation})["action"]
@@ -139,7 +140,7 @@ def test_the_values_of_dqn_choose_as_the_trainer_unless_they_tie(real: Real) -> 
     model = shaken(sb3.DQN("MlpPolicy", real.venvs["discrete"], device="cpu", seed=0, buffer_size=10))
     space = model.observation_space
     assert isinstance(space, spaces.Box)
-    graph = export_policy(model, None, space)
+    graph = export_graph(lambda: policy_graph(model, None, space))
     for observation in (real.observations["discrete"].reshape(1000, -1), edges(space)):
         expected, _ = model.predict(observation, deterministic=True)
         found = run(graph, {"observation": observation})
@@ -156,7 +157,7 @@ def test_a_recurrent_policy_carries_its_state_as_the_trainer_does(layers: int, r
     kwargs = {"n_lstm_layers": layers, "lstm_hidden_size": 32, "net_arch": [16]}
     venv = real.venvs["joint_delta_position"]
     model = shaken(contrib.RecurrentPPO("MlpLstmPolicy", venv, device="cpu", seed=0, policy_kwargs=kwargs))
-    runner = session(export_policy(model, None, model.observation_space))
+    runner = session(export_graph(lambda: policy_graph(model, None, model.observation_space)))
     state, carried = None, [np.zeros((8, layers, 32), np.float32)] * 2
     rng = np.random.default_rng(0)
     observations, starts = real.observations["joint_delta_position"], real.starts["joint_delta_position"]
@@ -177,7 +178,7 @@ def test_normalisation_is_in_the_graph(clip: float, real: Real) -> None:
     venv.obs_rms.update(observation * 0.3 + 1000.0)  # a mean that is large beside its deviation
     space = model.observation_space
     assert isinstance(space, spaces.Box)
-    graph = export_policy(model, venv, space)
+    graph = export_graph(lambda: policy_graph(model, venv, space))
     for given in (observation * 0.5 + 1000.0, observation, edges(space)):
         given = given.astype(np.float32)
         expected, _ = model.predict(venv.normalize_obs(given), deterministic=True)
@@ -201,7 +202,7 @@ MANY = spaces.Dict({"vector": BOX, "image": IMAGE, "choice": spaces.Discrete(3),
 )
 def test_every_kind_of_space_is_taken(policy: str, observation_space: Any, action_space: Any) -> None:
     model = shaken(sb3.PPO(policy, AnyEnv(observation_space, action_space), device="cpu", seed=0))
-    graph = export_policy(model, None, observation_space)
+    graph = export_graph(lambda: policy_graph(model, None, observation_space))
     observation_space.seed(0)
     samples = [observation_space.sample() for _ in range(100)]
     if isinstance(observation_space, spaces.Dict):
@@ -286,7 +287,7 @@ def test_what_was_trained_saved_and_loaded_is_exported(name: str, make: Any, mon
 def test_a_policy_of_an_unknown_kind_is_refused() -> None:
     model = contrib.QRDQN("MlpPolicy", AnyEnv(BOX, spaces.Discrete(3)), device="cpu", buffer_size=10)
     with pytest.raises(ConfigurationError, match="QRDQNPolicy cannot be exported"):
-        export_policy(model, None, BOX)
+        export_graph(lambda: policy_graph(model, None, BOX))
 
 
 def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch, make: Any) -> None:

@@ -48,7 +48,7 @@ def test_a_bad_setting_is_named(family: Family, config: dict[str, Any], error: t
 def test_settings_resolve_to_the_same_again(family: Family) -> None:
     resolved = family("ppo").resolve_config({**NORMAL, "clip_range": "lin_0.2"})
     assert family("ppo").resolve_config(resolved) == resolved
-    assert resolved["learning_rate"] == "lin_1e-3"
+    assert resolved.learning_rate == "lin_1e-3"
 
 
 def test_a_linear_schedule_falls_to_zero() -> None:

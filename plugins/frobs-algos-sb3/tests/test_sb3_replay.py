@@ -44,7 +44,7 @@ def add(buffer: ReplayBuffer, count: int) -> None:
 
 def same(first: ReplayBuffer, second: ReplayBuffer) -> bool:
     assert (first.pos, first.full) == (second.pos, second.full)
-    pairs = zip(replay._arrays(first).values(), replay._arrays(second).values(), strict=True)
+    pairs = zip(replay.buffer_arrays(first).values(), replay.buffer_arrays(second).values(), strict=True)
     return all(np.array_equal(a, b) for a, b in pairs)
 
 

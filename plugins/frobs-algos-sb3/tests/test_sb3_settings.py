@@ -35,7 +35,7 @@ CHOSEN_LATER = {"net_arch", "features_extractor_class", "optimizer_class", "acti
 def test_settings_and_their_defaults_are_those_of_stable_baselines3(name: str) -> None:
     cls = plugins.get_record("algorithm", name).load()
     theirs = inspect.signature(cls.model_class.__init__).parameters
-    ours = cls.resolve_config({})
+    ours = cls.resolve_config({}).model_dump()
     assert set(ours) - OURS == set(theirs) - NO_SETTINGS
     different = {
         key: (value, theirs[key].default)
@@ -64,7 +64,7 @@ def test_networks_and_their_defaults_are_those_of_stable_baselines3(name: str) -
     cls = plugins.get_record("algorithm", name).load()
     policy = "MlpLstmPolicy" if name == "recurrent_ppo" else "MlpPolicy"
     theirs = inspect.signature(cls.model_class.policy_aliases[policy].__init__).parameters
-    ours = cls.resolve_config({})["policy_kwargs"]
+    ours = cls.resolve_config({}).policy_kwargs.model_dump()
     assert set(ours) == set(theirs) - NO_NETWORK_SETTINGS - {"lstm_kwargs"}
     different = {
         key: (value, theirs[key].default)

@@ -69,7 +69,6 @@ def files(path: Path) -> dict[str, bytes]:
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 @pytest.mark.parametrize("number", range(20))
 def test_a_killed_run_continues_bit_for_bit(number: int, config: Path, whole: Path, tmp_path: Path) -> None:
     draw = random.Random(number)

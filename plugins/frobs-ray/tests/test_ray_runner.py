@@ -29,7 +29,6 @@ def columns(run: Path) -> dict[str, list[float]]:
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 def test_seeds_survive_a_dead_node_and_equal_runs_without_ray(two_nodes: TwoNodes) -> None:
     command = ["train", REACH, "--seeds", "3", "--num-envs", "8", "--steps", "20000", *SMALL, "--json"]
     process = two_nodes.start(*command)
@@ -51,7 +50,6 @@ def test_seeds_survive_a_dead_node_and_equal_runs_without_ray(two_nodes: TwoNode
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 def test_ctrl_c_writes_checkpoints_and_resuming_finishes(two_nodes: TwoNodes) -> None:
     command = ["train", REACH, "--seeds", "2", "--num-envs", "8", "--steps", "20000", *SMALL]
     process = two_nodes.start(*command)
@@ -118,7 +116,6 @@ def _until_two_nodes(two_nodes: TwoNodes, command: list[str]) -> subprocess.Comp
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 def test_too_little_memory_is_named(tmp_path: Path, two_nodes: TwoNodes) -> None:
     finished = two_nodes.run("train", REACH, "--seeds", "2", "--memory", "100000")
     assert finished.returncode == 2

@@ -33,7 +33,6 @@ def workers() -> list[psutil.Process]:
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 def test_a_study_survives_dead_workers_and_equals_one_without_ray(two_nodes: TwoNodes) -> None:
     process = two_nodes.start(*command(two_nodes.folder, "--trials", "10", "--pruner", "halving"))
     trials = two_nodes.folder / "study" / "trials"
@@ -63,7 +62,6 @@ def test_a_study_survives_dead_workers_and_equals_one_without_ray(two_nodes: Two
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 def test_an_interrupted_search_continues_its_trials_and_can_go_on_without_ray(two_nodes: TwoNodes) -> None:
     process = two_nodes.start(*command(two_nodes.folder, "--trials", "2", "--pruner", "none", steps=20_000))
     runs = [two_nodes.folder / "study" / "trials" / f"{number:04d}" / "seed0" for number in range(2)]
@@ -88,7 +86,6 @@ def test_an_interrupted_search_continues_its_trials_and_can_go_on_without_ray(tw
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 def test_a_population_takes_over_better_runs(two_nodes: TwoNodes) -> None:
     more = ["--trials", "2", "--pruner", "population"]
     finished = two_nodes.run(*command(two_nodes.folder, *more, steps=4_000))

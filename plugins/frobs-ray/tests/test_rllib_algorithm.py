@@ -65,7 +65,7 @@ def test_a_bad_setting_is_named(name: str, config: dict[str, Any], error: type[E
 def test_settings_resolve_to_the_same_again(name: str) -> None:
     resolved = of(name).resolve_config({**SHORT[name], "learning_rate": "lin_1e-3"})
     assert of(name).resolve_config(resolved) == resolved
-    assert resolved["learning_rate"] == "lin_1e-3"
+    assert resolved.learning_rate == "lin_1e-3"
 
 
 def test_a_linear_schedule_ends_at_zero_where_the_training_ends(make: Any) -> None:
@@ -198,7 +198,7 @@ def test_networks_of_other_settings_are_refused(make: Any, tmp_path: Path) -> No
     make("rllib_ppo").save(tmp_path / "small")
     make("rllib_ppo", {"policy_kwargs": {"net_arch": [9]}}).save(tmp_path / "large")
     (tmp_path / "small" / "policy.npz").write_bytes((tmp_path / "large" / "policy.npz").read_bytes())
-    with pytest.raises(CheckpointError, match="do not match the settings"):
+    with pytest.raises(CheckpointError, match="does not match the settings"):
         of("rllib_ppo").load(tmp_path / "small")
 
 

@@ -34,7 +34,6 @@ def nodes(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
         del os.environ[name]
 
 
-@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", ["rllib_ppo", "rllib_appo"])
 def test_training_continues_when_a_node_is_lost_and_another_joins(
     name: str, nodes: Any, make: Any, monitor: Any, caplog: Any

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,8 @@ import pytest
 
 from frobs_core.util.errors import ConfigurationError, RunError
 from frobs_core.util.files import write_json
-from frobs_train import Run, RunConfig, compare, plot_comparison
+from frobs_train import Run, RunConfig, compare, find_runs, plot_comparison, write_table
+from frobs_train.comparison.confidence import estimate, profile
 from frobs_train.comparison.groups import group_runs
 from frobs_train.logs.progress import STEPS, ProgressLog
 
@@ -102,7 +104,7 @@ def test_an_old_evaluation_and_an_unfinished_run_are_said(tmp_path: Path) -> Non
     found = compare([old, cut])
     assert any("was last evaluated after 1,000 of its 2,000 training steps" in note for note in found.notes)
     assert any("unfinished: 500 of 2,000 steps" in note for note in found.notes)
-    assert found.groups[0].curve.steps[-1] == 500
+    assert found.groups[0].curve.x[-1] == 500
 
 
 def test_steps_are_counted_to_the_threshold_and_a_run_that_never_gets_there_is_endless(tmp_path: Path) -> None:
@@ -146,7 +148,7 @@ def test_environments_are_compared_separately(tmp_path: Path) -> None:
         *(("X-v0", "ppo"), ("X-v0", "sac"), ("Y-v0", "ppo"), ("Y-v0", "sac"))
     ]
     assert len(found.improvements) == 2
-    assert set(found.to_dict()) == {"metric", "threshold", "groups", "improvements", "notes"}  # no average over tasks
+    assert [aggregate.name for aggregate in found.aggregates] == ["PPO", "SAC"]
 
 
 def test_given_evaluations_count_instead_of_those_in_the_folder(tmp_path: Path) -> None:
@@ -189,3 +191,98 @@ def test_a_comparison_is_drawn(where: str, metric: Any, tmp_path: Path) -> None:
     ]
     drawn = plot_comparison(compare(runs, metric=metric), tmp_path / "plots" / "comparison.png")
     assert drawn.read_bytes().startswith(b"\x89PNG")
+
+
+def evaluating(path: Path, seed: int, final: float, **config: Any) -> Run:
+    """Write the log of a run that was evaluated during training, better than its exploring episodes."""
+    run = Run.create(path, RunConfig(seed=seed, steps=2000, **{"environment": "X-v0", **config}))
+    with ProgressLog(path) as log:
+        for row in range(1, 11):
+            told = {STEPS: 200 * row, "time/elapsed": 30.0 * row, "episode/count": 4}
+            told |= {"episode/success": 0.3, "episode/reward": 1.0}
+            log.write({**told, "evaluation/success": final * row / 10, "evaluation/reward": 2.0})
+    return run
+
+
+def test_curves_show_evaluations_and_training_only_when_asked(tmp_path: Path) -> None:
+    runs = [evaluating(tmp_path / str(seed), seed, 1.0) for seed in range(3)]
+    found = compare(runs)
+    assert (found.source, found.groups[0].curve.middle[-1]) == ("evaluation", 1.0)
+    assert found.groups[0].steps_to_threshold == 2000.0
+    asked = compare(runs, source="training")
+    assert (asked.source, asked.groups[0].curve.middle[-1]) == ("training", pytest.approx(0.3))
+    assert asked.groups[0].steps_to_threshold is None
+    assert compare(runs, over="time").groups[0].curve.x[-1] == 300.0
+    mixed = [*runs, make(tmp_path / "silent", 3, total=2000)]
+    assert compare(mixed).source == "training"
+    with pytest.raises(RunError, match="silent was not evaluated during training"):
+        compare(mixed, source="evaluation")
+
+
+def test_few_seeds_and_equal_results_have_no_interval(tmp_path: Path) -> None:
+    assert estimate([np.array([0.2, 0.9])]).low is None
+    assert estimate([np.array([1.0, 1.0, 1.0, 1.0])]).low is None
+    rough = estimate([np.array([0.2, 0.5, 0.8])])
+    assert rough.value == pytest.approx(0.5)
+    assert rough.low is not None
+    runs = [evaluating(tmp_path / str(seed), seed, 1.0) for seed in range(4)]
+    assert "X-v0 · PPO: all seeds have the same result, so there is no interval." in compare(runs).notes
+    assert "The interquartile mean of three seeds is their mean, and its interval is rough." in compare(runs[:3]).notes
+
+
+def test_a_profile_is_the_fraction_of_runs_above_each_threshold() -> None:
+    strata = [np.array([0.0, 0.5, 1.0]), np.array([0.25, 0.75])]
+    middle, low, high = profile(strata, np.array([0.0, 0.5, 1.0]))
+    assert middle.tolist() == [0.8, 0.4, 0.0]
+    assert ((low <= middle) & (middle <= high)).all()
+    assert (low[1], high[1]) != (middle[1], middle[1])
+
+
+def test_groups_are_aggregated_over_the_environments_that_all_have(tmp_path: Path) -> None:
+    runs = [
+        evaluating(tmp_path / f"{name}{algorithm}{seed}", seed, final, environment=f"{name}-v0", algorithm=algorithm)
+        for name, algorithm, final in (("X", "ppo", 0.5), ("Y", "ppo", 1.0), ("X", "sac", 0.9))
+        for seed in range(3)
+    ]
+    [both] = compare(runs).aggregates
+    assert (both.name, both.environments, both.runs, both.final.value) == ("PPO", 2, 6, 0.75)
+    assert compare(runs[:3]).aggregates == ()
+
+
+@pytest.mark.parametrize("ending", [".csv", ".md", ".tex"])
+def test_tables_have_all_groups_and_seeds(ending: str, tmp_path: Path) -> None:
+    runs = [evaluating(tmp_path / str(seed), seed, 0.1 * seed, environment="a_b:X_y-v0") for seed in range(4, 8)]
+    text = write_table(compare(runs), tmp_path / f"table{ending}").read_text("utf-8")
+    if ending == ".csv":
+        rows = list(csv.DictReader(text.splitlines()))
+        assert [row["seed"] for row in rows] == [*map(str, range(4, 8)), "all"]
+        assert [float(row["value"]) for row in rows] == pytest.approx([0.4, 0.5, 0.6, 0.7, 0.55])
+        assert float(rows[-1]["low"]) < 0.55 < float(rows[-1]["high"])
+    elif ending == ".md":
+        assert "| X_y-v0 | PPO | 4 | 55.0 % |" in text
+        assert "| X_y-v0 | PPO | 7 | 70.0 % | evaluation | 2,000 |" in text
+    else:
+        assert text.count(r"\begin{tabular}") == text.count(r"\end{tabular}") == 2
+        assert r"X\_y-v0 & PPO & 4 & 55.0 \% &" in text
+    with pytest.raises(ConfigurationError, match=r"\.csv, \.md or \.tex"):
+        write_table(compare(runs), tmp_path / "table.xlsx")
+
+
+def test_a_folder_stands_for_the_runs_in_it(tmp_path: Path) -> None:
+    for name in ("a/1", "a/0", "b"):
+        make(tmp_path / "runs" / name, 0)
+    found = [run.path.relative_to(tmp_path / "runs").as_posix() for run in find_runs([tmp_path / "runs"])]
+    assert found == ["a/0", "a/1", "b"]
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(RunError, match="empty contains no config"):
+        find_runs([tmp_path / "empty"])
+
+
+@pytest.mark.parametrize(("ending", "begins"), [("pdf", b"%PDF"), ("svg", b"<?xml")])
+def test_pictures_for_papers_repeat(ending: str, begins: bytes, tmp_path: Path) -> None:
+    runs = [evaluating(tmp_path / str(seed), seed, 0.1 * seed) for seed in range(4, 8)]
+    first, second = (plot_comparison(compare(runs), tmp_path / f"{k}.{ending}", size="column") for k in "ab")
+    assert first.read_bytes().startswith(begins)
+    assert first.read_bytes() == second.read_bytes()
+    with pytest.raises(ConfigurationError, match=r"\.png, \.pdf or \.svg"):
+        plot_comparison(compare(runs), tmp_path / "picture.gif")

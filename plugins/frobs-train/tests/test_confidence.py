@@ -8,7 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import trim_mean
 
-from frobs_train.comparison.confidence import band, estimate, interquartile_mean, probability_of_improvement
+from frobs_train.comparison.confidence import (
+    Estimate,
+    band,
+    estimate,
+    interquartile_mean,
+    probability_of_improvement,
+    profile,
+)
 
 values = st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=30).map(np.array)
 
@@ -40,8 +47,18 @@ def test_the_interval_is_rliables() -> None:
 
 
 def test_strata_are_drawn_apart() -> None:
-    apart = estimate([np.zeros(5), np.ones(5)])
-    assert apart.low == apart.high == 0.5
+    assert estimate([np.zeros(5), np.ones(5)]) == Estimate(0.5, None, None)  # mixed strata would have an interval
+
+
+def test_the_profile_is_rliables() -> None:
+    from rliable import library
+
+    scores = np.random.default_rng(2).uniform(size=(8, 3))  # (runs, environments)
+    thresholds = np.linspace(0.0, 1.0, 11)
+    middle, low, high = profile(list(scores.T), thresholds)
+    theirs, intervals = library.create_performance_profile({"a": scores}, thresholds, reps=1000)
+    np.testing.assert_allclose(middle, theirs["a"])
+    np.testing.assert_allclose([low, high], intervals["a"], atol=0.05)
 
 
 @given(values, values)

@@ -197,7 +197,6 @@ def reported(call: Callable[[], object]) -> list[str]:
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", FILES)
 @pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES.keys())
 def test_a_damaged_file_never_ends_in_a_traceback(

@@ -114,7 +114,6 @@ def phases(calls: list[str]) -> list[int]:
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 @pytest.mark.parametrize("part", range(16))
 def test_a_kill_in_every_phase(part: int, injector: Any, whole: tuple[Path, list[str]], tmp_path: Path) -> None:
     found = phases(whole[1])

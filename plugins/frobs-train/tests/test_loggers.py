@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 import logging
 import struct
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar
@@ -167,12 +168,17 @@ def test_weights_and_biases_gets_every_row_once(tmp_path: Path, monkeypatch: pyt
     id = json.loads((run.path / "wandb.json").read_text())["id"]
     files = sorted((run.path / "wandb").glob(f"offline-run-*-{id}*/*.wandb"))
     assert len(files) == 3
-    records = [record for file in files for record in wandb_records(file)]
+    summary: dict[str, str] = {}
+    end = time.monotonic() + 60.0
+    while (
+        "final/success_rate" not in summary and time.monotonic() < end
+    ):  # another process may still write the last file
+        records = [record for file in files for record in wandb_records(file)]
+        summary = {key(item): item.value_json for it in records for item in it.summary.update}
     rows = [{key(item): json.loads(item.value_json) for item in it.history.item} for it in records if it.history.item]
     assert_equal(rows, run)
     [config, *_] = [it.run.config.update for it in records if it.run.config.update]
     assert {"environment", "versions"} <= {item.key for item in config}
-    summary = {key(item): item.value_json for it in records for item in it.summary.update}
     assert float(summary["final/success_rate"]) == found.success_rate
 
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from frobs_core.util.errors import RunError
-from frobs_train import Run, RunConfig, plot_runs
+from frobs_train import COLORS, Run, RunConfig, plot_runs
 from frobs_train.logs.progress import STEPS, ProgressLog, smooth
+from frobs_train.plots.figures import colors_of
 
 
 def size(path: Path) -> tuple[int, int]:
@@ -51,6 +52,14 @@ def test_seeds_are_drawn_as_a_band_and_others_beside_it(tmp_path: Path) -> None:
 def test_a_run_without_success_is_drawn_without(tmp_path: Path) -> None:
     run = make(tmp_path / "a", 0, success=False)
     plot_runs([run], tmp_path / "a.png")
+
+
+def test_an_algorithm_has_one_color_in_every_picture() -> None:
+    alone = colors_of({"SAC": "sac"})
+    beside = colors_of({"PPO": "ppo", "SAC": "sac", "SAC 2": "sac", "own": "my_own_algorithm"})
+    assert alone["SAC"] == beside["SAC"]
+    assert len(set(beside.values())) == 4
+    assert colors_of({"mine": "my_own_algorithm"})["mine"] in (beside["own"], *COLORS)
 
 
 def test_a_run_without_rows_is_named(tmp_path: Path) -> None:

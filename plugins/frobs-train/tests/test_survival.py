@@ -230,7 +230,7 @@ def test_one_process_trains_in_a_folder_and_the_others_are_told_which(tmp_path: 
 
 
 def test_without_locks_the_process_that_the_file_names_decides(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("frobs_train.runs.lock._has_locks", lambda descriptor: False)
+    monkeypatch.setattr("frobs_train.runs.lock._lock", lambda descriptor: None)
     other = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
     import socket
 

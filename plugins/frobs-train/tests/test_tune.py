@@ -12,6 +12,7 @@ import pytest
 
 from frobs_core.util.errors import ConfigurationError, RunError, UnknownNameError
 from frobs_train import Progress, Run, Search, StudyResult, TrialResult, resolve_config, tune
+from frobs_train.plots.plot_search import plot_search, setting_importance
 from frobs_train.tuning.study import PRUNERS, SAMPLERS, open_study, quiet
 
 LINE = "FrobsTests/Line-v0"
@@ -60,6 +61,30 @@ def test_each_trial_is_a_run_for_each_seed_and_the_best_becomes_a_file(space: Pa
     assert best.seed is None
     assert best.algorithm_config["n_steps"] == found.best.settings["algorithm_config.n_steps"]
     assert best.num_envs == 2
+
+
+def test_the_reward_decides_among_trials_with_the_same_success(
+    space: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("frobs_train.tuning.tune._final", lambda search, evaluation: 0.0)
+    found = tune(search(tmp_path, trials=3))
+    rewards = {trial.number: Run.open(trial.runs[0]).evaluations()[-1]["mean_reward"] for trial in found.trials}
+    assert found.best is not None
+    assert found.tied
+    assert len(set(rewards.values())) == 3
+    assert found.best.number == max(rewards, key=rewards.__getitem__)
+    assert not tune(search(tmp_path, trials=1, folder=tmp_path / "one")).tied
+
+
+def test_a_report_shows_importance_and_slices(space: Path, tmp_path: Path) -> None:
+    few = tune(search(tmp_path, trials=2, metric="reward"))
+    with pytest.raises(RunError, match="2 complete trials, too few"):
+        plot_search(few, tmp_path / "report.png")
+    found = tune(search(tmp_path, trials=5, metric="reward"))
+    importance = setting_importance(found)
+    assert set(importance) == {"algorithm_config.learning_rate", "algorithm_config.n_steps"}
+    assert sum(importance.values()) == pytest.approx(1.0)
+    assert plot_search(found, tmp_path / "report.svg").read_text("utf-8").count("learning_rate") >= 2
 
 
 def test_a_study_goes_on_where_it_stopped(space: Path, tmp_path: Path) -> None:
@@ -196,5 +221,7 @@ def test_samplers_and_pruners_have_names(sampler: str, pruner: str, tmp_path: Pa
 
 def test_a_result_says_what_json_can_hold(space: Path, tmp_path: Path) -> None:
     trial = TrialResult(number=0, state="failed", value=None, settings={}, runs=(), seconds=1.0, error="e")
-    found = StudyResult(name="n", storage="s", folder=tmp_path, trials=(trial,), best=None, best_config=None)
+    found = StudyResult(
+        name="n", storage="s", folder=tmp_path, trials=(trial,), best=None, tied=False, best_config=None
+    )
     assert found.to_dict()["trials"][0]["error"] == "e"

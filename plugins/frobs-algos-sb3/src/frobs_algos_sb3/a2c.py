@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import stable_baselines3 as sb3
 from pydantic import PositiveFloat, PositiveInt
 
 from frobs_algos.settings import Fraction, Schedule
-from frobs_algos_sb3.config import OnPolicyConfig, SB3Config
+from frobs_algos_sb3.config import OnPolicyConfig
 from frobs_algos_sb3.on_policy import OnPolicy
 
 
@@ -31,6 +29,6 @@ class A2CConfig(OnPolicyConfig):
 class A2C(OnPolicy):
     """Synchronous advantage actor-critic (Mnih et al. 2016)."""
 
-    name: ClassVar[str] = "a2c"
-    config_model: ClassVar[type[SB3Config]] = A2CConfig
+    name = "a2c"
+    config_model = A2CConfig
     model_class = sb3.A2C

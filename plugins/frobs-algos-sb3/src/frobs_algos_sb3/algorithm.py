@@ -20,54 +20,35 @@ from stable_baselines3.common.utils import set_random_seed
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from frobs_algos import storage
+from frobs_algos.algorithm import PolicyAlgorithm
 from frobs_algos.demonstrations import Demonstrations
-from frobs_algos.spaces import space_from_json, space_to_json, suggested_scale
+from frobs_algos.spaces import space_to_json, subspaces
 from frobs_algos_sb3 import replay, state
 from frobs_algos_sb3.callback import MonitorCallback, Stopped
 from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.features import ScaledFlattenExtractor
 from frobs_algos_sb3.spaces import check_observation_space
-from frobs_algos_sb3.vec_env import NoEnvironment, VectorEnvAdapter
-from frobs_core.contracts import Algorithm, TrainingMonitor
+from frobs_algos_sb3.vec_env import VectorEnvAdapter
+from frobs_core.contracts import TrainingMonitor
 from frobs_core.description import Observation
 from frobs_core.util.arrays import Action, Mask
-from frobs_core.util.errors import (
-    CheckpointError,
-    ConfigurationError,
-    IncompatibleSpaceError,
-    ModelMismatchError,
-    NonFiniteValueError,
-    RunError,
-)
-from frobs_core.util.validation import validate
+from frobs_core.util.errors import ConfigurationError, IncompatibleSpaceError, NonFiniteValueError
 
 if TYPE_CHECKING:
-    from frobs_algos_sb3.onnx_policy import PolicyGraph
+    from frobs_algos.onnx_policy import PolicyGraph
 
 _FIXED = (
     *("policy_kwargs", "scale_observation", "normalize_observation", "normalize_reward", "use_sde"),
-    *(
-        "buffer_size",
-        "replay_buffer",
-        "optimize_memory_usage",
-        "n_steps",
-        "demonstrations",
-        "demonstration_episodes",
-        "demonstration_mapping",
-    ),
+    *("buffer_size", "replay_buffer", "optimize_memory_usage", "n_steps"),
+    *("demonstrations", "demonstration_episodes", "demonstration_mapping"),
 )
 """Settings that cannot change during training, because networks, optimizers or buffers depend on them."""
 
-FORMAT = 2
-"""Version of the file format that :meth:`SB3Algorithm.save` writes."""
 
-
-class SB3Algorithm(Algorithm):
-    """Base class of all algorithms. Each subclass sets ``model_class`` and ``config_model``.
+class SB3Algorithm(PolicyAlgorithm):
+    """Base class of all algorithms. Each subclass sets ``name``, ``config_model`` and ``model_class``.
 
     Attributes:
-        name: Name in the algorithm's record.
-        config_model: Pydantic model of the accepted settings.
         model_class: Class of the model in stable-baselines3.
         model: Instance of ``model_class``.
         venv: Environment adapted to stable-baselines3, before normalization.
@@ -75,32 +56,20 @@ class SB3Algorithm(Algorithm):
             normalization.
     """
 
-    name: ClassVar[str]
-    config_model: ClassVar[type[SB3Config]]
+    format: ClassVar[int] = 2
     model_class: ClassVar[type[BaseAlgorithm]]
 
     model: BaseAlgorithm
     venv: VectorEnvAdapter
     normalizer: VecNormalize | None
 
+    _config: SB3Config
     _pause: state.Pause | None
     _sampling: state.Arrays | None  # random state of sampled predictions
     _callback: MonitorCallback | None
 
-    def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any], seed: int) -> None:
-        settings = self._settings(config)
-        scale = suggested_scale(env) if settings.scale_observation and not settings.normalize_observation else None
-        self._build(env, settings, seed, scale)
-
-    @classmethod
-    def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
-        """Return validated settings with all defaults added."""
-        return cls._settings(config).model_dump(mode="json")
-
     def train(self, steps: int, monitor: TrainingMonitor) -> None:
-        """Train until the total number of environment steps reaches ``steps``."""
-        if not self.venv.can_step:
-            raise RunError("this algorithm was loaded for prediction only; load it with an environment to train it.")
+        self._require_env()
         left = steps - self.model.num_timesteps
         if left <= 0:
             return
@@ -125,7 +94,6 @@ class SB3Algorithm(Algorithm):
         episode_start: Mask | None = None,
         deterministic: bool = True,
     ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
-        """Return actions for a batch of observations."""
         observation = self._seen(observation)
         with _named_divergence(self.name):
             if deterministic:
@@ -149,23 +117,25 @@ class SB3Algorithm(Algorithm):
             self._restore_draws(training)
 
     def save(self, folder: Path, previous: Path | None = None) -> None:
-        """Save the policy, and all data that is needed to continue training."""
-        at_start = self._callback is not None and self._callback.at_start
-        pause = self._pause or state.Pause(self._draws(), at_start)
-        self._write_policy(folder, pause.at_start)
+        super().save(folder, previous)
         self._write_learning(folder)
         storage.write_arrays(folder / "last_step.npz", state.last_step(self.model))
-        storage.write_arrays(folder / "random.npz", pause.arrays)
+        storage.write_arrays(folder / "random.npz", self._current_pause().arrays)
         buffer = getattr(self.model, "replay_buffer", None)
         if buffer is not None:
             replay.write(buffer, folder / "replay", None if previous is None else previous / "replay")
 
     def save_policy(self, folder: Path) -> None:
         """Save only the policy: ``algorithm.json``, the networks and the normalizer."""
-        self._write_policy(folder, at_start=False)
+        super().save_policy(folder)
+        if self.normalizer is not None:
+            storage.write_arrays(folder / "normalizer.npz", state.normalizer_arrays(self.normalizer))
+
+    @classmethod
+    def load_with(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any]) -> Self:
+        return cls._load(folder, env, config)
 
     def forget_episodes(self) -> None:
-        """Discard data about unfinished episodes, so that training begins with a reset."""
         self.model._last_obs = None
         truncate = getattr(getattr(self.model, "replay_buffer", None), "truncate_last_trajectory", None)
         if truncate is not None:  # end the unfinished episodes of hindsight replay
@@ -173,59 +143,7 @@ class SB3Algorithm(Algorithm):
                 warnings.simplefilter("ignore")
                 truncate()
 
-    def _write_policy(self, folder: Path, at_start: bool) -> None:
-        storage.write_json(
-            folder / "algorithm.json",
-            {
-                "format": FORMAT,
-                "algorithm": self.name,
-                "config": self._config.model_dump(mode="json"),
-                "seed": self._seed,
-                "observation_scale": self._scale,
-                "num_envs": self.venv.num_envs,
-                "observation_space": space_to_json(self.observation_space),
-                "action_space": space_to_json(self.action_space),
-                "counters": state.counters(self.model),
-                "at_start": at_start,
-            },
-        )
-        self._write_networks(folder)
-        if self.normalizer is not None:
-            storage.write_arrays(folder / "normalizer.npz", state.normalizer_arrays(self.normalizer))
-
-    @classmethod
-    def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
-        """Load an algorithm from a folder that :meth:`save` wrote. If ``env`` is given, training can continue."""
-        return cls._load(folder, env, None)
-
-    @classmethod
-    def load_with(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any]) -> Self:
-        """Load an algorithm from a folder that :meth:`save` wrote, with new settings for the same networks."""
-        return cls._load(folder, env, config)
-
-    @classmethod
-    def _load(
-        cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None, config: Mapping[str, Any] | None
-    ) -> Self:
-        saved = storage.read_saved(folder, cls.name, FORMAT)
-        algorithm = cls.__new__(cls)
-        try:
-            settings = cls._settings(saved["config"] if config is None else config)
-            if config is not None:
-                _check_fixed(cls._settings(saved["config"]), settings)
-            detached = NoEnvironment(
-                saved["num_envs"], space_from_json(saved["observation_space"]), space_from_json(saved["action_space"])
-            )
-            if env is not None:
-                _check_same_spaces(detached, env)
-            algorithm._build(detached if env is None else env, settings, saved["seed"], saved["observation_scale"])
-            algorithm._restore(folder, saved, continuing=env is not None)
-        except KeyError as error:
-            raise CheckpointError(f"{folder} is incomplete: {error} is missing.") from error
-        return algorithm
-
     def timed_parts(self) -> dict[str, list[tuple[object, str]]]:
-        """Return the methods that ``frobs bench ID --training`` times, grouped by part of the training run."""
         model: Any = self.model
         rollout = getattr(model, "rollout_buffer", None)
         if rollout is None:  # off-policy
@@ -237,27 +155,38 @@ class SB3Algorithm(Algorithm):
                 inference = [(model.policy, "predict_all"), (model.vf, "apply")]
         return {"inference": inference, "updates": [(model, "train")], "storage": storage}
 
-    def export_onnx(self) -> bytes:
-        """Return the deterministic policy as an ONNX graph."""
-        from frobs_algos.onnx import export_graph  # imported here because importing the tracer is slow
-
-        return export_graph(self._policy_graph, self.model.device)
+    @property
+    def _network(self) -> th.nn.Module:
+        return self.model.policy
 
     def _policy_graph(self) -> PolicyGraph:
         from frobs_algos_sb3.onnx import policy_graph
 
         return policy_graph(self.model, self.normalizer, self.observation_space)
 
+    def _progress(self) -> dict[str, Any]:
+        return {"counters": state.counters(self.model), "at_start": self._current_pause().at_start}
+
+    def _current_pause(self) -> state.Pause:
+        """Return the random state from which training continues."""
+        return self._pause or state.Pause(self._draws(), self._callback is not None and self._callback.at_start)
+
     @classmethod
-    def _settings(cls, config: Mapping[str, Any]) -> SB3Config:
-        return validate(cls.config_model, config, f"algorithm '{cls.name}'")
+    def _changed(cls, before: SB3Config, after: SB3Config) -> SB3Config:
+        for name in _FIXED:
+            old, new = getattr(before, name, None), getattr(after, name, None)
+            if old != new:
+                raise ConfigurationError(
+                    f"algorithm_config.{name} cannot change from {old} to {new} during training, because networks or "
+                    "buffers depend on it; start a new run."
+                )
+        return after
 
     def _build(
         self, env: gym.vector.VectorEnv[Any, Any, Any], config: SB3Config, seed: int, scale: list[float] | None
     ) -> None:
-        self._config, self._seed, self._scale = config, seed, scale
+        super()._build(env, config, seed, scale)
         self._pause, self._sampling, self._callback = None, None, None
-        self.observation_space, self.action_space = env.single_observation_space, env.single_action_space
         self._check_observation_space(config)
         space_to_json(self.observation_space)  # this call raises an error for unsupported spaces
         self._check_action_space(self.action_space)
@@ -321,7 +250,7 @@ class SB3Algorithm(Algorithm):
     ) -> Demonstrations:
         """Call a function of the environment and a seed, and return its demonstrations with adapted observations."""
         space = self.observation_space
-        if any(map(is_image_space, space.spaces.values() if isinstance(space, spaces.Dict) else [space])):
+        if any(map(is_image_space, subspaces(space).values())):
             raise IncompatibleSpaceError(
                 f"algorithm '{self.name}'",
                 space,
@@ -345,34 +274,15 @@ class SB3Algorithm(Algorithm):
     def _restore_draws(self, arrays: state.Arrays) -> None:
         state.restore_draws(self.model, arrays)
 
-    def _write_networks(self, folder: Path) -> None:
-        weights = self.model.policy.state_dict()
-        storage.check_networks(f"algorithm '{self.name}'", weights)
-        storage.write_tensors(folder / "policy.pt", weights)
-
-    def _read_networks(self, folder: Path) -> None:
-        """Load the weights, or raise CheckpointError if the file is damaged or does not match the settings."""
-        weights = storage.read_tensors(folder / "policy.pt")
-        storage.check_networks(folder / "policy.pt", weights)
-        try:
-            self.model.policy.load_state_dict(weights)
-        except RuntimeError as error:
-            raise CheckpointError(
-                f"{folder / 'policy.pt'} does not match the settings in the same folder: {error}."
-            ) from error
-
     def _write_learning(self, folder: Path) -> None:
         """Write the states of the optimizers, and learned values that are not part of the policy."""
         storage.write_tensors(folder / "optimizers.pt", state.learning(self.model))
 
     def _read_learning(self, folder: Path) -> None:
         """Load the optimizers, or raise CheckpointError if the file is damaged or does not match the settings."""
-        try:
-            state.restore_learning(self.model, storage.read_tensors(folder / "optimizers.pt"))
-        except (RuntimeError, ValueError) as error:
-            raise CheckpointError(
-                f"{folder / 'optimizers.pt'} does not match the settings in the same folder: {error}."
-            ) from error
+        path = folder / "optimizers.pt"
+        with storage.matching(path):
+            state.restore_learning(self.model, storage.read_tensors(path))
 
     def _make_model(self, policy: str, **kwargs: Any) -> BaseAlgorithm:
         return self.model_class(policy, self._env, **kwargs)
@@ -391,7 +301,7 @@ class SB3Algorithm(Algorithm):
             )
 
     def _restore(self, folder: Path, saved: Mapping[str, Any], continuing: bool) -> None:
-        self._read_networks(folder)
+        super()._restore(folder, saved, continuing)
         if self.normalizer is not None:
             state.restore_normalizer(self.normalizer, storage.read_arrays(folder / "normalizer.npz"))
             self.normalizer.training = continuing
@@ -399,10 +309,18 @@ class SB3Algorithm(Algorithm):
         if continuing:
             self._read_learning(folder)
             state.restore_last_step(self.model, storage.read_arrays(folder / "last_step.npz"))
-            self._pause = state.Pause(storage.read_arrays(folder / "random.npz"), at_start=bool(saved["at_start"]))
+            self._pause = state.Pause(self._read_draws(folder / "random.npz"), at_start=bool(saved["at_start"]))
             buffer = getattr(self.model, "replay_buffer", None)
             if buffer is not None:
                 replay.read(buffer, folder / "replay")
+
+    def _read_draws(self, path: Path) -> state.Arrays:
+        """Return the state of all random number generators, or raise CheckpointError if it cannot be restored."""
+        arrays, now = storage.read_arrays(path), self._draws()
+        with storage.matching(path):
+            self._restore_draws(arrays)
+        self._restore_draws(now)
+        return arrays
 
     def _begin(self) -> None:
         """Restore the random state when training starts, after all objects that draw random numbers were built."""
@@ -424,23 +342,3 @@ def _named_divergence(name: str) -> Iterator[None]:
             "has a network that has diverged: its outputs are not finite",
             "train again, for example with a lower learning_rate or with normalized observations and rewards",
         ) from error
-
-
-def _check_fixed(before: SB3Config, after: SB3Config) -> None:
-    for name in _FIXED:
-        old, new = getattr(before, name, None), getattr(after, name, None)
-        if old != new:
-            raise ConfigurationError(
-                f"algorithm_config.{name} cannot change from {old} to {new} during training, because networks or buffers "
-                "depend on it; start a new run."
-            )
-
-
-def _check_same_spaces(saved: gym.vector.VectorEnv[Any, Any, Any], env: gym.vector.VectorEnv[Any, Any, Any]) -> None:
-    if saved.num_envs != env.num_envs:
-        raise ModelMismatchError("the training run", "num_envs", saved.num_envs, env.num_envs)
-    for what in ("single_observation_space", "single_action_space"):
-        if getattr(saved, what) != getattr(env, what):
-            raise ModelMismatchError(
-                "the training run", what.removeprefix("single_"), getattr(saved, what), getattr(env, what)
-            )

@@ -24,25 +24,16 @@ class MonitorCallback(BaseCallback):
         monitor: The monitor of the run.
         begin: Function that is called once, at the start of the first rollout, before any random number is drawn.
         save: The ``save`` method of the algorithm.
-
-    Attributes:
-        at_start: Whether the algorithm is at the start of a rollout.
     """
 
     def __init__(
-        self,
-        name: str,
-        monitor: TrainingMonitor,
-        begin: Callable[[], None],
-        save: Callable[[Path, Path | None], None],
+        self, name: str, monitor: TrainingMonitor, begin: Callable[[], None], save: Callable[[Path, Path | None], None]
     ) -> None:
         super().__init__()
-        self._name = name
-        self._monitor = monitor
+        self._name, self._monitor, self._save = name, monitor, save
         self._begin: Callable[[], None] | None = begin
-        self._save = save
         self._reported = -1
-        self.at_start = False
+        self.at_start = False  # whether the algorithm is at the start of a rollout
 
     def _on_rollout_start(self) -> None:
         if self._begin is not None:

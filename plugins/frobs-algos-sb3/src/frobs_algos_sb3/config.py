@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
-from pydantic import NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
+from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
 from frobs_algos.settings import Fraction, Schedule, Settings, schedule
 from frobs_algos_sb3.networks import ActorCriticConfig, NetworkConfig
-from frobs_algos_sb3.settings import SampleFrequency
+
+SampleFrequency = Annotated[int, Field(ge=-1)]
+"""Number of steps after which gSDE draws a new noise matrix, or −1 to draw one only at the start of an iteration."""
 
 
 class SB3Config(Settings):
@@ -39,6 +41,11 @@ class SB3Config(Settings):
     clip_reward: PositiveFloat = 10.0
     torch_threads: PositiveInt = 1
     device: str = "cpu"
+
+    @property
+    def scales_observation(self) -> bool:
+        """Whether the networks multiply observations by the scale factors that the task suggests."""
+        return self.scale_observation and not self.normalize_observation
 
     def model_kwargs(self) -> dict[str, Any]:
         """Return the keyword arguments of the algorithm's class in stable-baselines3."""

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any
 
 import sb3_contrib
 from pydantic import PositiveInt
 
 from frobs_algos.settings import Schedule
-from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.networks import BatchNormConfig
 from frobs_algos_sb3.noise import ActionNoiseConfig
 from frobs_algos_sb3.off_policy import OffPolicy, OffPolicyConfig
@@ -34,8 +33,8 @@ class CrossQConfig(EntropyConfig, OffPolicyConfig):
 class CrossQ(OffPolicy):
     """CrossQ (Bhatt et al. 2024)."""
 
-    name: ClassVar[str] = "crossq"
-    config_model: ClassVar[type[SB3Config]] = CrossQConfig
+    name = "crossq"
+    config_model = CrossQConfig
     model_class = sb3_contrib.CrossQ
 
     def _make_model(self, policy: str, **kwargs: Any) -> Any:

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import stable_baselines3 as sb3
 
 from frobs_algos.settings import Schedule
-from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.networks import DeterministicConfig
 from frobs_algos_sb3.off_policy import ContinuousConfig, OffPolicy
 
@@ -22,6 +19,6 @@ class DDPGConfig(ContinuousConfig):
 class DDPG(OffPolicy):
     """Deep deterministic policy gradient (Lillicrap et al. 2015)."""
 
-    name: ClassVar[str] = "ddpg"
-    config_model: ClassVar[type[SB3Config]] = DDPGConfig
+    name = "ddpg"
+    config_model = DDPGConfig
     model_class = sb3.DDPG

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import stable_baselines3 as sb3
 from pydantic import PositiveFloat, PositiveInt
 
 from frobs_algos.settings import Fraction, Schedule
-from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.networks import QNetworkConfig
 from frobs_algos_sb3.off_policy import OffPolicy, OffPolicyConfig, TrainFrequency
 
@@ -41,6 +38,6 @@ class DQNConfig(OffPolicyConfig):
 class DQN(OffPolicy):
     """Deep Q network (Mnih et al. 2015)."""
 
-    name: ClassVar[str] = "dqn"
-    config_model: ClassVar[type[SB3Config]] = DQNConfig
+    name = "dqn"
+    config_model = DQNConfig
     model_class = sb3.DQN

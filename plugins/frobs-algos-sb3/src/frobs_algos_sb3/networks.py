@@ -6,25 +6,12 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
-from frobs_algos.settings import Fraction, Settings
+from frobs_algos.settings import ACTIVATIONS, Activation, Fraction, Settings, Widths
 
-Widths = list[PositiveInt]
-"""Widths of the hidden layers, from the first to the last."""
-
-Activation = Literal["relu", "tanh", "elu", "selu", "gelu", "silu", "leaky_relu"]
 Extractor = Literal["FlattenExtractor", "CombinedExtractor", "NatureCNN"]
 Optimizer = Literal["Adam", "AdamW", "Adamax", "NAdam", "RAdam", "SGD", "RMSprop", "Adagrad", "Adadelta"]
 
 _CROSSQ: dict[Literal["pi", "qf"], Widths] = {"pi": [256, 256], "qf": [1024, 1024]}
-ACTIVATIONS = {
-    "relu": "ReLU",
-    "tanh": "Tanh",
-    "elu": "ELU",
-    "selu": "SELU",
-    "gelu": "GELU",
-    "silu": "SiLU",
-    "leaky_relu": "LeakyReLU",
-}
 
 
 class NetworkConfig(Settings):

@@ -18,10 +18,9 @@ from frobs_algos import demonstrations
 from frobs_algos.settings import Fraction, Settings
 from frobs_algos_sb3 import replay
 from frobs_algos_sb3.algorithm import SB3Algorithm
-from frobs_algos_sb3.config import SB3Config
+from frobs_algos_sb3.config import SampleFrequency, SB3Config
 from frobs_algos_sb3.networks import DeterministicConfig
 from frobs_algos_sb3.noise import ActionNoiseConfig
-from frobs_algos_sb3.settings import SampleFrequency
 from frobs_core.util.errors import ConflictingOptionsError, IncompatibleSpaceError, ParameterValueError
 
 _DEMONSTRATIONS = "demonstrations"
@@ -171,7 +170,6 @@ class OffPolicy(SB3Algorithm):
         replay.fill(self._add_demonstrations(len(found.reward)), rows)
 
     def save(self, folder: Path, previous: Path | None = None) -> None:
-        """Save the policy, and all data that is needed to continue training."""
         super().save(folder, previous)
         if self._demonstrations is not None:
             before = None if previous is None else previous / _DEMONSTRATIONS

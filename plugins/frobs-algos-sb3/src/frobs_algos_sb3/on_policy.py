@@ -32,22 +32,13 @@ _BATCH_SIZE = 256
 
 @dataclass(frozen=True, kw_only=True)
 class Targets:
-    """Targets of the networks for n steps of an initial policy.
+    """Targets of the networks for n steps of an initial policy."""
 
-    Attributes:
-        observation: Inputs of the networks, as an array (n, k) or a dictionary of arrays.
-        action: Actions, (n, …).
-        returns: Discounted sums of the rewards until the end of the episode, (n,).
-        bootstrap: Weights of the value of ``last_observation`` in the return, (n,). They are 0 if the episode ended in a
-            terminal state.
-        last_observation: Observations after the last step of the episode, in the form of ``observation``.
-    """
-
-    observation: Observation
-    action: Array
-    returns: Array
-    bootstrap: Array
-    last_observation: Observation
+    observation: Observation  # (n, k) inputs of the networks, or a dictionary of arrays
+    action: Array  # (n, …)
+    returns: Array  # (n,) discounted sums of the rewards until the end of the episode
+    bootstrap: Array  # (n,) weights of the value of ``last_observation`` in the return; 0 after a terminal state
+    last_observation: Observation  # after the last step of the episode, in the form of ``observation``
 
     def batches(self, count: int, seed: int) -> Iterator[dict[str, Any]]:
         """Draw batches, as dictionaries of the attributes."""

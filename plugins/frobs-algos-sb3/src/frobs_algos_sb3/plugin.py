@@ -1,5 +1,7 @@
 """Records of this distribution."""
 
+from dataclasses import replace
+
 from frobs_core.plugins.hooks import hookimpl
 from frobs_core.plugins.records import AlgorithmRecord
 
@@ -36,14 +38,8 @@ def _record(name: str, cls: str, summary: str, action_spaces: tuple[str, ...], *
 
 
 def _contrib(name: str, cls: str, summary: str, action_spaces: tuple[str, ...]) -> AlgorithmRecord:
-    return AlgorithmRecord(
-        name=name,
-        summary=summary,
-        entry_point=f"frobs_algos_sb3.{name}:{cls}",
-        install_hint="pip install 'frobs-algos-sb3[contrib]'",
-        action_spaces=action_spaces,
-        model_files=_MODEL_FILES,
-    )
+    record = _record(name, cls, summary, action_spaces)
+    return replace(record, install_hint="pip install 'frobs-algos-sb3[contrib]'", search_space="")
 
 
 @hookimpl

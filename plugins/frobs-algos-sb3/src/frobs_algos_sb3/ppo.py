@@ -43,7 +43,7 @@ class PPOConfig(OnPolicyConfig):
 class PPO(OnPolicy):
     """Proximal policy optimization (Schulman et al. 2017)."""
 
-    name: ClassVar[str] = "ppo"
+    name = "ppo"
     config_model: ClassVar[type[SB3Config]] = PPOConfig
     model_class: ClassVar[type[OnPolicyAlgorithm]] = sb3.PPO
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, Self
 
 import sb3_contrib
 from pydantic import Field, PositiveInt, model_validator
 
-from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.networks import RecurrentActorCriticConfig
 from frobs_algos_sb3.ppo import PPO, PPOConfig
 
@@ -29,8 +28,8 @@ class RecurrentPPOConfig(PPOConfig):
 class RecurrentPPO(PPO):
     """PPO with recurrent layers. Pass the recurrent state and the episode starts to ``predict``."""
 
-    name: ClassVar[str] = "recurrent_ppo"
-    config_model: ClassVar[type[SB3Config]] = RecurrentPPOConfig
+    name = "recurrent_ppo"
+    config_model = RecurrentPPOConfig
     model_class = sb3_contrib.RecurrentPPO
 
     def _make_model(self, policy: str, **kwargs: Any) -> Any:

@@ -31,7 +31,7 @@ def write(buffer: ReplayBuffer, folder: Path, previous: Path | None = None) -> N
     links.
     """
     folder.mkdir()
-    arrays = _arrays(buffer)
+    arrays = buffer_arrays(buffer)
     rows, per_block = _rows(buffer), _rows_per_block(arrays)
     known = {} if previous is None else _known_blocks(previous)
     digests = []
@@ -56,7 +56,7 @@ def write(buffer: ReplayBuffer, folder: Path, previous: Path | None = None) -> N
 def read(buffer: ReplayBuffer, folder: Path) -> None:
     """Fill a replay buffer block by block, or raise CheckpointError if a file is damaged or does not match."""
     index_file = storage.read_json(folder / "index.json")
-    arrays = _arrays(buffer)
+    arrays = buffer_arrays(buffer)
     try:
         rows, per_block = int(index_file["rows"]), int(index_file["rows_per_block"])
         for index, digest in enumerate(index_file["blocks"]):
@@ -93,7 +93,7 @@ def fill(buffer: ReplayBuffer, columns: Mapping[str, Any]) -> None:
         buffer: The buffer.
         columns: Values of all rows, for each of the buffer's arrays, as an array or a dictionary of arrays.
     """
-    arrays = _arrays(buffer)
+    arrays = buffer_arrays(buffer)
     for name, column in columns.items():
         parts = {f"{name}/{key}": part for key, part in column.items()} if isinstance(column, dict) else {name: column}
         for key, part in parts.items():
@@ -128,7 +128,7 @@ def _alternate(first: Any, second: Any) -> Any:
     return mixed
 
 
-def _arrays(buffer: ReplayBuffer) -> Arrays:
+def buffer_arrays(buffer: ReplayBuffer) -> Arrays:
     """Return views of all arrays of a buffer, each of shape (rows, num_envs, …)."""
     arrays: Arrays = {}
     names = ["observations", "next_observations", "actions", "rewards", "dones", "timeouts"]

@@ -2,30 +2,14 @@
 
 from __future__ import annotations
 
-import re
-from typing import Annotated, ClassVar, Literal
+from typing import Literal
 
 import stable_baselines3 as sb3
-from pydantic import AfterValidator, Field, PositiveInt
+from pydantic import PositiveInt
 
-from frobs_algos_sb3.config import SB3Config
+from frobs_algos.settings import EntropyCoefficient
 from frobs_algos_sb3.networks import SquashedGaussianConfig
 from frobs_algos_sb3.off_policy import ContinuousConfig, ExploringConfig, OffPolicy
-
-_AUTO = re.compile(r"^auto(_(\d+\.?\d*|\.\d+)(e[+-]?\d+)?)?$")
-
-
-def _check_coefficient(value: float | str) -> float | str:
-    if isinstance(value, str):
-        if not _AUTO.match(value) or (value != "auto" and float(value.removeprefix("auto_")) <= 0.0):
-            raise ValueError("write a number ≥ 0, 'auto', or 'auto_' followed by a positive initial value")
-    elif not value >= 0.0:
-        raise ValueError("must be ≥ 0")
-    return value
-
-
-EntropyCoefficient = Annotated[float | str, Field(union_mode="left_to_right"), AfterValidator(_check_coefficient)]
-"""A fixed number, ``"auto"`` to learn the coefficient starting at 1, or ``"auto_0.1"`` to learn it starting at 0.1."""
 
 
 class EntropyConfig(ExploringConfig):
@@ -56,6 +40,6 @@ class SACConfig(EntropyConfig, ContinuousConfig):
 class SAC(OffPolicy):
     """Soft actor-critic (Haarnoja et al. 2018)."""
 
-    name: ClassVar[str] = "sac"
-    config_model: ClassVar[type[SB3Config]] = SACConfig
+    name = "sac"
+    config_model = SACConfig
     model_class = sb3.SAC

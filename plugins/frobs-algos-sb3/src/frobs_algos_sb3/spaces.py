@@ -9,6 +9,7 @@ import numpy as np
 from gymnasium import spaces
 from stable_baselines3.common.preprocessing import is_image_space
 
+from frobs_algos.spaces import subspaces
 from frobs_core.util.errors import FLATTEN_HINT, IncompatibleSpaceError
 
 _SMALLEST_IMAGE = 36
@@ -22,16 +23,12 @@ def check_observation_space(owner: str, space: gym.Space[Any], convolutions: boo
         owner: Name of the algorithm for the error message.
         space: The observation space.
         convolutions: Whether the networks process images with stable-baselines3's convolutions.
-
-    Raises:
-        IncompatibleSpaceError: The space contains nested dictionaries, numbers without an axis, or small images.
     """
     if isinstance(space, spaces.Tuple):
         raise IncompatibleSpaceError(
             owner, space, f"cannot learn from observations that are tuples ({space}); {FLATTEN_HINT}."
         )
-    parts = space.spaces if isinstance(space, spaces.Dict) else {"": space}
-    for key, part in parts.items():
+    for key, part in subspaces(space).items():
         name = f"the observation '{key}'" if key else "the observation"
         if isinstance(part, spaces.Dict | spaces.Tuple):
             problem = f"{name} is a {type(part).__name__} inside a Dict, which the networks do not support"

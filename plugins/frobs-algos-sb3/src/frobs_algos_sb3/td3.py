@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import stable_baselines3 as sb3
 from pydantic import NonNegativeFloat, PositiveInt
 
 from frobs_algos.settings import Schedule
-from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.off_policy import ContinuousConfig, OffPolicy
 
 
@@ -30,6 +27,6 @@ class TD3Config(ContinuousConfig):
 class TD3(OffPolicy):
     """Twin delayed deep deterministic policy gradient (Fujimoto et al. 2018)."""
 
-    name: ClassVar[str] = "td3"
-    config_model: ClassVar[type[SB3Config]] = TD3Config
+    name = "td3"
+    config_model = TD3Config
     model_class = sb3.TD3

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import sb3_contrib
 from pydantic import NonNegativeInt
 
-from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.networks import QuantileConfig
 from frobs_algos_sb3.off_policy import OffPolicy
 from frobs_algos_sb3.sac import SACConfig
@@ -27,6 +24,6 @@ class TQCConfig(SACConfig):
 class TQC(OffPolicy):
     """Truncated quantile critics (Kuznetsov et al. 2020)."""
 
-    name: ClassVar[str] = "tqc"
-    config_model: ClassVar[type[SB3Config]] = TQCConfig
+    name = "tqc"
+    config_model = TQCConfig
     model_class = sb3_contrib.TQC

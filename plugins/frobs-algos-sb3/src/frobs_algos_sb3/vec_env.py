@@ -12,6 +12,7 @@ from gymnasium.vector import AutoresetMode
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
+from frobs_algos.spaces import NoEnvironment
 from frobs_core.util.errors import ConfigurationError
 
 _NOTHING: dict[str, Any] = {}
@@ -166,30 +167,11 @@ class VectorEnvAdapter(VecEnv):
         return result
 
 
-class NoEnvironment(gym.vector.VectorEnv[Any, Any, Any]):
-    """Placeholder environment that provides only spaces, for policies that are used only for predictions."""
-
-    def __init__(self, num_envs: int, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> None:
-        self.metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}
-        self.num_envs = num_envs
-        self.single_observation_space = observation_space
-        self.single_action_space = action_space
-
-
 def _row(info: Mapping[str, Any], index: int) -> dict[str, Any]:
     """Return one environment's part of a batched info."""
     row = {}
     for key, value in info.items():
-        if not key.startswith("_") and info.get(f"_{key}", _ALL)[index]:
+        mask = info.get(f"_{key}")
+        if not key.startswith("_") and (mask is None or mask[index]):
             row[key] = _row(value, index) if isinstance(value, dict) else value[index]
     return row
-
-
-class _Everywhere:
-    """A mask that is True for all environments, for info keys without a mask."""
-
-    def __getitem__(self, index: int) -> bool:
-        return True
-
-
-_ALL = _Everywhere()

@@ -21,7 +21,6 @@ from frobs_algos_sbx import state
 from frobs_algos_sbx.observations import FlatObservations
 from frobs_algos_sbx.threads import set_threads
 from frobs_core.description import Observation
-from frobs_core.util.errors import CheckpointError
 
 
 class JaxAlgorithm(SB3Algorithm):
@@ -61,9 +60,7 @@ class JaxAlgorithm(SB3Algorithm):
         state.restore_keys(self.model, arrays)
 
     def _write_networks(self, folder: Path) -> None:
-        weights = state.networks(self.model)
-        storage.check_networks(f"algorithm '{self.name}'", weights)
-        storage.write_arrays(folder / "policy.npz", weights)
+        storage.write_networks(folder / "policy.npz", f"algorithm '{self.name}'", state.networks(self.model))
 
     def _read_networks(self, folder: Path) -> None:
         self._read(folder / "policy.npz", state.networks)
@@ -77,12 +74,10 @@ class JaxAlgorithm(SB3Algorithm):
 
     def _read(self, path: Path, part: Callable[[BaseAlgorithm], Mapping[str, np.ndarray[Any, Any]]]) -> None:
         arrays = storage.read_arrays(path)
-        try:
+        with storage.matching(path):
             if set(arrays) != set(part(self.model)):
-                raise CheckpointError("the arrays in the file have different names than the model's arrays.")
+                raise ValueError("the arrays in the file have different names than the model's arrays")
             state.restore(self.model, arrays)
-        except CheckpointError as error:
-            raise CheckpointError(f"{path} does not match the settings in the same folder: {error}") from error
 
     def _policy_graph(self) -> Any:
         from frobs_algos_sbx.onnx import policy_graph

@@ -11,6 +11,7 @@ from gymnasium import spaces
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
+from frobs_algos.spaces import flatten, subspaces
 from frobs_core.util.errors import FLATTEN_HINT, IncompatibleSpaceError
 
 
@@ -24,7 +25,6 @@ class FlatObservations(VecEnvWrapper):
 
     def __init__(self, venv: VecEnv, scale: Sequence[float] | None) -> None:
         space = flat_space(venv.observation_space)
-        self._keys = list(venv.observation_space.spaces) if isinstance(venv.observation_space, spaces.Dict) else None
         self.scale = None if scale is None else np.asarray(scale, np.float32)
         super().__init__(venv, space)
 
@@ -43,9 +43,7 @@ class FlatObservations(VecEnvWrapper):
 
     def flatten(self, observation: Any) -> np.ndarray[Any, Any]:
         """Return a batch of observations as a float32 array (n, k)."""
-        parts = [observation] if self._keys is None else [observation[key] for key in self._keys]
-        flat = [np.asarray(part, np.float32).reshape(len(part), -1) for part in parts]
-        joined = flat[0] if len(flat) == 1 else np.concatenate(flat, axis=1)
+        joined = flatten(observation, self.venv.observation_space)
         return joined if self.scale is None else joined * self.scale
 
 
@@ -55,9 +53,8 @@ def flat_space(space: gym.Space[Any]) -> spaces.Box:
     Raises:
         IncompatibleSpaceError: A part of the space is an image, or is not an array of numbers.
     """
-    parts = list(space.spaces.values()) if isinstance(space, spaces.Dict) else [space]
     size = 0
-    for part in parts:
+    for part in subspaces(space).values():
         if not isinstance(part, spaces.Box) or part.dtype == np.uint8:
             raise IncompatibleSpaceError(
                 "the algorithms of sbx",

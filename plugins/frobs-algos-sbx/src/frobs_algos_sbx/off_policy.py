@@ -9,7 +9,7 @@ import sbx
 from pydantic import Field, PositiveInt, model_validator
 from sbx.common.off_policy_algorithm import OffPolicyAlgorithmJax
 
-from frobs_algos_sb3.config import SB3Config
+from frobs_algos.settings import Widths
 from frobs_algos_sb3.crossq import CrossQConfig
 from frobs_algos_sb3.dqn import DQNConfig
 from frobs_algos_sb3.networks import (
@@ -18,7 +18,6 @@ from frobs_algos_sb3.networks import (
     QNetworkConfig,
     QuantileConfig,
     SquashedGaussianConfig,
-    Widths,
 )
 from frobs_algos_sb3.sac import SACConfig
 from frobs_algos_sb3.td3 import TD3Config
@@ -26,15 +25,10 @@ from frobs_algos_sb3.tqc import TQCConfig
 from frobs_algos_sbx.algorithm import JaxOffPolicy
 from frobs_algos_sbx.settings import JaxConfig, JaxNetworkConfig
 
-_SHARED = "policy_kwargs.share_features_extractor"
 _MEMORY = "optimize_memory_usage"
 _EXPLORATION = ("use_sde", "sde_sample_freq", "use_sde_at_warmup")
 _EXPLORATION_NETWORK = ("log_std_init", "use_expln", "clip_mean")
 """Rejected gSDE settings. sbx samples new noise at each step, so its gSDE exploration would not depend on the state."""
-
-
-def _in_network(*names: str) -> tuple[str, ...]:
-    return tuple(f"policy_kwargs.{name}" for name in names)
 
 
 class JaxDeterministicConfig(DeterministicConfig, JaxNetworkConfig):
@@ -101,13 +95,7 @@ class SbxSACConfig(SACConfig, JaxConfig):
         policy_delay: Number of critic gradient steps per actor gradient step.
     """
 
-    unsupported: ClassVar[tuple[str, ...]] = (
-        "target_update_interval",
-        _MEMORY,
-        _SHARED,
-        *_EXPLORATION,
-        *_in_network(*_EXPLORATION_NETWORK),
-    )
+    unsupported: ClassVar[tuple[str, ...]] = ("target_update_interval", _MEMORY, *_EXPLORATION)
     policy_delay: PositiveInt = 1
     policy_kwargs: JaxSquashedGaussianConfig = JaxSquashedGaussianConfig()
 
@@ -133,19 +121,14 @@ class SbxTQCConfig(TQCConfig, JaxConfig):
 class SbxTD3Config(TD3Config, JaxConfig):
     """Settings of TD3. The defaults match those of ``frobs-algos-sb3``."""
 
-    unsupported: ClassVar[tuple[str, ...]] = (_MEMORY, _SHARED)
+    unsupported: ClassVar[tuple[str, ...]] = (_MEMORY,)
     policy_kwargs: JaxDeterministicConfig = JaxDeterministicConfig()
 
 
 class SbxCrossQConfig(CrossQConfig, JaxConfig):
     """Settings of CrossQ. The defaults match those of ``frobs-algos-sb3``."""
 
-    unsupported: ClassVar[tuple[str, ...]] = (
-        _MEMORY,
-        _SHARED,
-        *_EXPLORATION,
-        *_in_network("batch_norm_eps", *_EXPLORATION_NETWORK),
-    )
+    unsupported: ClassVar[tuple[str, ...]] = (_MEMORY, *_EXPLORATION)
     policy_kwargs: JaxBatchNormConfig = JaxBatchNormConfig()
 
 
@@ -156,75 +139,65 @@ class SbxDQNConfig(DQNConfig, JaxConfig):
     policy_kwargs: JaxQNetworkConfig = JaxQNetworkConfig()
 
 
-class ScheduledTD3(sbx.TD3):
-    """TD3 whose learning rate follows its schedule. In sbx's class, the learning rate keeps its initial value."""
+class _Scheduled(OffPolicyAlgorithmJax):
+    """Makes the learning rate follow its schedule. In sbx's classes, the learning rate keeps its initial value."""
 
-    def train(self, gradient_steps: int, batch_size: int) -> None:
+    def train(self, *args: Any, **kwargs: Any) -> None:
         """Train on samples from the replay buffer."""
-        _update_rate(self)
-        super().train(gradient_steps, batch_size)
+        policy: Any = self.policy
+        states = (getattr(policy, "actor_state", None), policy.qf_state)
+        rate = jnp.float32(self.lr_schedule(self._current_progress_remaining))
+        self._update_learning_rate([state.opt_state for state in states if state is not None], rate)
+        super().train(*args, **kwargs)
 
 
-class ScheduledCrossQ(sbx.CrossQ):
-    """CrossQ whose learning rate follows its schedule. In sbx's class, the learning rate keeps its initial value."""
-
-    def train(self, gradient_steps: int, batch_size: int) -> None:
-        """Train on samples from the replay buffer."""
-        _update_rate(self)
-        super().train(gradient_steps, batch_size)
+class ScheduledTD3(_Scheduled, sbx.TD3):
+    """TD3 with a scheduled learning rate."""
 
 
-class ScheduledDQN(sbx.DQN):
-    """DQN whose learning rate follows its schedule. In sbx's class, the learning rate keeps its initial value."""
-
-    def train(self, batch_size: int, gradient_steps: int) -> None:  # type: ignore[override]
-        """Train on samples from the replay buffer."""
-        _update_rate(self)
-        super().train(batch_size, gradient_steps)  # type: ignore[no-untyped-call]
+class ScheduledCrossQ(_Scheduled, sbx.CrossQ):
+    """CrossQ with a scheduled learning rate."""
 
 
-def _update_rate(model: OffPolicyAlgorithmJax) -> None:
-    policy: Any = model.policy
-    states = (getattr(policy, "actor_state", None), policy.qf_state)
-    rate = jnp.float32(model.lr_schedule(model._current_progress_remaining))
-    model._update_learning_rate([state.opt_state for state in states if state is not None], rate)
+class ScheduledDQN(_Scheduled, sbx.DQN):
+    """DQN with a scheduled learning rate."""
 
 
 class SbxSAC(JaxOffPolicy):
     """Soft actor-critic (Haarnoja et al. 2018)."""
 
-    name: ClassVar[str] = "sbx_sac"
-    config_model: ClassVar[type[SB3Config]] = SbxSACConfig
+    name = "sbx_sac"
+    config_model = SbxSACConfig
     model_class = sbx.SAC
 
 
 class SbxTQC(JaxOffPolicy):
     """Truncated quantile critics (Kuznetsov et al. 2020)."""
 
-    name: ClassVar[str] = "sbx_tqc"
-    config_model: ClassVar[type[SB3Config]] = SbxTQCConfig
+    name = "sbx_tqc"
+    config_model = SbxTQCConfig
     model_class = sbx.TQC
 
 
 class SbxTD3(JaxOffPolicy):
     """Twin delayed deep deterministic policy gradient (Fujimoto et al. 2018)."""
 
-    name: ClassVar[str] = "sbx_td3"
-    config_model: ClassVar[type[SB3Config]] = SbxTD3Config
+    name = "sbx_td3"
+    config_model = SbxTD3Config
     model_class = ScheduledTD3
 
 
 class SbxCrossQ(JaxOffPolicy):
     """CrossQ (Bhatt et al. 2024)."""
 
-    name: ClassVar[str] = "sbx_crossq"
-    config_model: ClassVar[type[SB3Config]] = SbxCrossQConfig
+    name = "sbx_crossq"
+    config_model = SbxCrossQConfig
     model_class = ScheduledCrossQ
 
 
 class SbxDQN(JaxOffPolicy):
     """Deep Q-network (Mnih et al. 2015)."""
 
-    name: ClassVar[str] = "sbx_dqn"
-    config_model: ClassVar[type[SB3Config]] = SbxDQNConfig
+    name = "sbx_dqn"
+    config_model = SbxDQNConfig
     model_class = ScheduledDQN

@@ -1,4 +1,4 @@
-"""Converts sbx's policies to PyTorch modules that ``frobs-algos-sb3`` can export as ONNX graphs."""
+"""Converts sbx's policies to PyTorch modules that ``frobs-algos`` can export as ONNX graphs."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.vec_env import VecNormalize
 from torch import nn
 
-from frobs_algos_sb3.networks import ACTIVATIONS
-from frobs_algos_sb3.onnx_observation import ObservationInput
-from frobs_algos_sb3.onnx_policy import PolicyGraph
+from frobs_algos.onnx_policy import Joined, ObservationInput, PolicyGraph, Scale
+from frobs_algos.settings import ACTIVATIONS
+from frobs_algos.spaces import subspaces
+from frobs_algos_sb3.onnx import normalization
 from frobs_algos_sbx.observations import FlatObservations
 
 _EPSILON = 0.001  # constant in sbx's batch normalization
@@ -36,41 +37,17 @@ def policy_graph(
         space: Observation space of the environment.
         activation: Name of the activation function.
     """
-    parts = space.spaces if isinstance(space, spaces.Dict) else {"": space}
-    inputs = {key: ObservationInput(part, part, None if flat else normalizer, key) for key, part in parts.items()}
-    network = Network(_layers(model, activation), flat, normalizer if flat else None, isinstance(space, spaces.Dict))
-    return PolicyGraph(network, inputs, model.action_space, bool(model.policy.squash_output))
+    inputs, preprocessing = None, []
+    if flat is None:
+        inputs = {key: ObservationInput(part, normalization(normalizer, key)) for key, part in subspaces(space).items()}
+    else:
+        scale = None if flat.scale is None else Scale(flat.scale)
+        preprocessing = [module for module in (scale, normalization(normalizer, "")) if module is not None]
+    network = Joined(*preprocessing, *_layers(model, activation))
+    return PolicyGraph(network, space, model.action_space, bool(model.policy.squash_output), inputs)
 
 
-class Network(nn.Module):
-    """Module that joins, scales and normalizes an observation, and passes the result to the layers."""
-
-    def __init__(
-        self, layers: nn.Module, flat: FlatObservations | None, normalizer: VecNormalize | None, joins: bool
-    ) -> None:
-        super().__init__()
-        self.layers, self.joins = layers, joins
-        scale = None if flat is None else flat.scale
-        self.scaled = scale is not None
-        if scale is not None:
-            self.register_buffer("scale", th.from_numpy(scale))
-        self.normalized = None
-        if normalizer is not None:
-            self.normalized = ObservationInput(
-                normalizer.observation_space, normalizer.observation_space, normalizer, ""
-            )
-
-    def forward(self, observation: Any) -> tuple[th.Tensor, ...]:
-        """Return the most probable actions, or the scores of discrete actions."""
-        parts = list(observation.values()) if self.joins else [observation]
-        joined = th.cat([part.flatten(1) for part in parts], dim=1)
-        if self.scaled:
-            assert isinstance(self.scale, th.Tensor)
-            joined = joined * self.scale
-        return (self.layers(joined if self.normalized is None else self.normalized(joined)),)
-
-
-def _layers(model: BaseAlgorithm, activation: str) -> nn.Sequential:
+def _layers(model: BaseAlgorithm, activation: str) -> list[nn.Module]:
     """Return the policy layers that map observations to the most probable actions, or to scores of discrete actions."""
     policy: Any = model.policy
     state = getattr(policy, "actor_state", None) or policy.qf_state
@@ -90,7 +67,7 @@ def _layers(model: BaseAlgorithm, activation: str) -> nn.Sequential:
             layers.append(getattr(nn, ACTIVATIONS[activation])())
     if policy.squash_output:
         layers.append(nn.Tanh())
-    return nn.Sequential(*layers)
+    return layers
 
 
 def _has_deviation(policy: Any) -> bool:

@@ -14,20 +14,17 @@ from flax.training.train_state import TrainState
 from gymnasium import spaces
 from stable_baselines3.common.utils import FloatSchedule, explained_variance
 
-from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.networks import ActorCriticConfig
 from frobs_algos_sb3.on_policy import LEARNING_RATE, Targets
 from frobs_algos_sb3.ppo import PPO, PPOConfig
 from frobs_algos_sbx.algorithm import JaxAlgorithm
 from frobs_algos_sbx.settings import JaxConfig, JaxNetworkConfig
 
-_NETWORK = ("share_features_extractor", "full_std", "use_expln", "squash_output")
-
 
 class JaxActorCriticConfig(ActorCriticConfig, JaxNetworkConfig):
     """Settings of PPO's networks."""
 
-    unused: ClassVar[tuple[str, ...]] = _NETWORK
+    unused: ClassVar[tuple[str, ...]] = ("share_features_extractor", "full_std", "use_expln", "squash_output")
 
 
 class SbxPPOConfig(PPOConfig, JaxConfig):
@@ -37,11 +34,7 @@ class SbxPPOConfig(PPOConfig, JaxConfig):
     separate.
     """
 
-    unsupported: ClassVar[tuple[str, ...]] = (
-        "use_sde",
-        "sde_sample_freq",
-        *(f"policy_kwargs.{name}" for name in _NETWORK),
-    )
+    unsupported: ClassVar[tuple[str, ...]] = ("use_sde", "sde_sample_freq")
     policy_kwargs: JaxActorCriticConfig = JaxActorCriticConfig()
 
 
@@ -222,8 +215,8 @@ def _gradients(
 class SbxPPO(JaxAlgorithm, PPO):
     """Proximal policy optimization (Schulman et al. 2017)."""
 
-    name: ClassVar[str] = "sbx_ppo"
-    config_model: ClassVar[type[SB3Config]] = SbxPPOConfig
+    name = "sbx_ppo"
+    config_model = SbxPPOConfig
     model_class = CompiledPPO
 
     def _imitate(self, targets: Targets, updates: int) -> None:

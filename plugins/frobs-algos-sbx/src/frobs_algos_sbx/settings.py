@@ -19,14 +19,16 @@ class JaxConfig(SB3Config):
     """Settings that all of sbx's algorithms accept.
 
     Attributes:
-        unsupported: Settings of ``frobs-algos-sb3`` that sbx does not support. These settings must keep their defaults.
+        unsupported: Settings of ``frobs-algos-sb3`` that sbx does not support. These settings, and those of the networks
+            that its policies do not accept, must keep their defaults.
     """
 
     unsupported: ClassVar[tuple[str, ...]] = ()
 
     @model_validator(mode="after")
     def _check_support(self) -> Self:
-        for key in (*_ALL, *self.unsupported):
+        unused = getattr(self.policy_kwargs, "unused", ())
+        for key in (*_ALL, *self.unsupported, *(f"policy_kwargs.{name}" for name in unused)):
             owner: Any = self
             *path, name = key.split(".")
             for part in path:

@@ -12,8 +12,6 @@ from flax.training.train_state import TrainState
 from jax.tree_util import keystr, tree_flatten_with_path, tree_unflatten
 from stable_baselines3.common.base_class import BaseAlgorithm
 
-from frobs_core.util.errors import CheckpointError
-
 Arrays = dict[str, np.ndarray[Any, Any]]
 
 _PREDICTING = ("params", "target_params", "batch_stats")
@@ -55,7 +53,7 @@ def restore(model: BaseAlgorithm, arrays: Mapping[str, np.ndarray[Any, Any]]) ->
     """Restore arrays that :func:`networks` or :func:`learning` returned, without changing any other values.
 
     Raises:
-        CheckpointError: The shape of an array does not match the model.
+        ValueError: The shape of an array does not match the model.
     """
     for owner, attribute, state in _states(model):
         paths, structure = tree_flatten_with_path(state)
@@ -64,7 +62,7 @@ def restore(model: BaseAlgorithm, arrays: Mapping[str, np.ndarray[Any, Any]]) ->
             name = _name(attribute, path)
             saved = arrays.get(name)
             if saved is not None and saved.shape != np.shape(leaf):
-                raise CheckpointError(f"{name} has the shape {saved.shape}; expected {np.shape(leaf)}.")
+                raise ValueError(f"{name} has the shape {saved.shape}; expected {np.shape(leaf)}")
             leaves.append(leaf if saved is None else jnp.asarray(saved))
         setattr(owner, attribute, tree_unflatten(structure, leaves))
 

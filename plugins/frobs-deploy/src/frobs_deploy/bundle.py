@@ -81,7 +81,7 @@ def pack_bundle(manifest: Mapping[str, Any], graph: bytes, license: str) -> byte
 
 
 def read_bundle(path: Path | str) -> Bundle:
-    """Read a bundle without executing or unpickling anything from it.
+    """Read the bundle ``path`` without executing or unpickling anything from it.
 
     Raises:
         BundleError: The file does not exist, is not a bundle, or is damaged.
@@ -104,7 +104,11 @@ def read_bundle(path: Path | str) -> Bundle:
 
 
 def parse_bundle(path: Path, data: bytes) -> Bundle:
-    """Read a bundle from bytes instead of a file. ``path`` only appears in error messages and in the result."""
+    """Read a bundle from bytes instead of a file. ``path`` only appears in error messages and in the result.
+
+    Raises:
+        BundleError: The bytes are not a bundle, or are damaged.
+    """
     members = _members(path, data)
     try:
         manifest = json.loads(members[MANIFEST].decode("utf-8"))

@@ -53,8 +53,8 @@ class Manifest:
         images: Description of each image, by its key in ``observation``.
         terms: Columns of each named term in the flat observation, or in the observation part ``"observation"``.
         action: Action space.
-        max_action_change: Maximum change per step that the joints' velocity limits allow, in the action's shape, or
-            None if the actions are not joint positions.
+        max_action_change: Maximum change per step that the joints' velocity limits allow, in the action's shape and
+            unit, or None if the actions are not joint positions.
         control_timestep: Time between two actions [s], or None if the environment does not specify it.
         joint_names: Joint names in the order of all joint arrays, or an empty tuple if the environment has no robot.
         robot: Fingerprint of the robot's model file, or None if the environment has no robot.

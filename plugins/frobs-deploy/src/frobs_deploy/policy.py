@@ -154,8 +154,8 @@ class Policy:
         """Return the action for an observation, or the actions for a batch of observations.
 
         Args:
-            observation: An observation, or a batch of observations along an additional first axis. A flat observation
-                may also be passed as a mapping of its named terms.
+            observation: An observation with the shape of the observation space, or a batch of observations along an
+                additional first axis. A flat observation may also be passed as a mapping of its named terms.
 
         Returns:
             The action, clipped to the action space. If the observation has a batch axis, the action also has one.

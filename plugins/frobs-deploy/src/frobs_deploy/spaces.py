@@ -69,7 +69,15 @@ def as_floats(name: str, value: Any) -> Array:
 
 
 def space_to_json(type: str, shape: tuple[int, ...], dtype: np.dtype[Any], low: Array, high: Array) -> dict[str, Any]:
-    """Convert a space to JSON. A bound is stored as one number if it is uniform, and as null if it is infinite."""
+    """Convert a space to JSON. A bound is stored as one number if it is uniform, and as null if it is infinite.
+
+    Args:
+        type: Class of the space, such as ``"Box"``.
+        shape: Shape of the space.
+        dtype: dtype of the space.
+        low: Lower bounds, of that shape.
+        high: Upper bounds, of that shape.
+    """
     return {"type": type, "shape": list(shape), "dtype": dtype.name, "low": _bound(low), "high": _bound(high)}
 
 

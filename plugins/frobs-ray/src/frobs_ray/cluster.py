@@ -10,7 +10,7 @@ import socket
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from importlib import import_module
 from typing import Any
@@ -68,7 +68,7 @@ def connect(address: str | None = None, num_cpus: int | None = None) -> Iterator
         }
     with ExitStack() as stack:
         stack.callback(_read_authentication)  # runs last, when the environment variables have been restored
-        stack.enter_context(_variables(_ALWAYS if address else _ALWAYS | _LOCAL))
+        stack.enter_context(variables(_ALWAYS if address else _ALWAYS | _LOCAL))
         stack.enter_context(quiet())
         _read_authentication()
         with _handlers_kept():
@@ -99,7 +99,7 @@ def _check_address(address: str) -> None:
 
 
 @contextmanager
-def _variables(values: Mapping[str, str]) -> Iterator[None]:
+def variables(values: Mapping[str, str]) -> Iterator[None]:
     """Set environment variables that the user has not set, and remove them at the end of the block."""
     added = [name for name in values if name not in os.environ]
     set_by_ray = [name for name in ("PYTHONBREAKPOINT",) if name not in os.environ]
@@ -119,17 +119,17 @@ def _read_authentication() -> None:
 
 
 @contextmanager
-def quiet() -> Iterator[None]:
-    """Suppress messages from Ray and its libraries in this process, except for errors."""
-    loggers = [logging.getLogger(name) for name in ("ray", "ray.rllib", "ray.tune")]
+def quiet(names: Sequence[str] = ("ray", "ray.rllib", "ray.tune"), level: int = logging.ERROR) -> Iterator[None]:
+    """Suppress messages below a level from loggers, by default those from Ray and its libraries except for errors."""
+    loggers = [logging.getLogger(name) for name in names]
     before = [logger.level for logger in loggers]
     for logger in loggers:
-        logger.setLevel(logging.ERROR)
+        logger.setLevel(level)
     try:
         yield
     finally:
-        for logger, level in zip(loggers, before, strict=True):
-            logger.setLevel(level)
+        for logger, earlier in zip(loggers, before, strict=True):
+            logger.setLevel(earlier)
 
 
 @contextmanager

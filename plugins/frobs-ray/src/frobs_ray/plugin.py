@@ -4,11 +4,11 @@ from frobs_core.plugins.hooks import hookimpl
 from frobs_core.plugins.records import AlgorithmRecord
 
 
-def _record(name: str, cls: str, summary: str, action_spaces: tuple[str, ...], **more: object) -> AlgorithmRecord:
+def _record(name: str, place: str, summary: str, action_spaces: tuple[str, ...], **more: object) -> AlgorithmRecord:
     return AlgorithmRecord(
         name=f"rllib_{name}",
         summary=f"{summary}, from RLlib",
-        entry_point=f"frobs_ray.rllib.{name}:{cls}",
+        entry_point=f"frobs_ray.rllib.{place}",
         install_hint="pip install frobs-ray",
         action_spaces=action_spaces,
         exact_resume=False,
@@ -22,11 +22,11 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
     return [
         _record(
             "ppo",
-            "RLlibPPO",
+            "on_policy:RLlibPPO",
             "proximal policy optimization",
             ("Box", "Discrete"),
             tuned={"frobs/Irb120Reach-v0": "frobs_ray:tuned/ppo_irb120_reach.yaml"},
         ),
-        _record("sac", "RLlibSAC", "soft actor-critic", ("Box",)),
-        _record("appo", "RLlibAPPO", "asynchronous PPO", ("Box", "Discrete"), reproducible=False),
+        _record("sac", "sac:RLlibSAC", "soft actor-critic", ("Box",)),
+        _record("appo", "on_policy:RLlibAPPO", "asynchronous PPO", ("Box", "Discrete"), reproducible=False),
     ]

@@ -18,8 +18,8 @@ from frobs_ray.mailbox import collect, open_mailbox
 from frobs_ray.nodes import check_nodes, check_resources, flat_versions
 from frobs_train.runners.runner import Job, Outcome, Runner
 from frobs_train.training.monitor import Progress
+from frobs_train.tuning.search import Search
 from frobs_train.tuning.study import StudyResult, TrialResult
-from frobs_train.tuning.tune import Search
 
 _POLL = 0.5  # [s]
 _PATIENCE = 120  # [s] maximum time for interrupted jobs to write their checkpoints
@@ -52,12 +52,6 @@ class RayRunner(Runner):
             jobs: The jobs.
             folder: Folder for the output of the jobs, to which every node must have access.
             on_progress: Function that is called with the index and the progress of a job.
-
-        Raises:
-            ParameterValueError: A job's settings request environment runners.
-            ClusterConnectionError: No cluster responds, or no cluster can be started.
-            ClusterResourcesError: No node has enough processors and memory for a job.
-            NodesDifferError: A node has different versions, or cannot access the folder.
         """
         _check_env_runners(jobs)
         with connect(self.address):
@@ -88,7 +82,6 @@ class RayRunner(Runner):
         on_trial: Callable[[StudyResult, TrialResult], None] | None = None,
         on_progress: Callable[[int, int, Progress], None] | None = None,
     ) -> StudyResult:
-        """Search for settings with parallel trials in Ray Tune. See :func:`frobs_ray.tuning.tune_on_ray`."""
         from frobs_ray.tuning import tune_on_ray
 
         return tune_on_ray(self, search, on_trial, on_progress)

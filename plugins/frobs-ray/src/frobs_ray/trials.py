@@ -20,8 +20,9 @@ from frobs_train.runs.fork import copy_run, fork_run
 from frobs_train.runs.run import is_run
 from frobs_train.training.monitor import Progress
 from frobs_train.training.threads import processors_limited_to
+from frobs_train.tuning.search import Search
 from frobs_train.tuning.study import REPORTS
-from frobs_train.tuning.tune import Search, run_folders, run_trial
+from frobs_train.tuning.tune import run_folders, run_trial
 
 _OWNER = "trial.json"
 """File in a Ray checkpoint that identifies the trial that wrote the checkpoint."""

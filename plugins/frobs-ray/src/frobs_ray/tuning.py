@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -26,7 +25,7 @@ from frobs_core.util.errors import ConfigurationError
 from frobs_core.util.files import write_text
 from frobs_core.util.plain import plain
 from frobs_core.util.yaml import dump_yaml
-from frobs_ray.cluster import connect
+from frobs_ray.cluster import connect, variables
 from frobs_ray.jobs import RETRIES
 from frobs_ray.mailbox import open_mailbox
 from frobs_ray.nodes import check_nodes, check_resources, flat_versions
@@ -35,9 +34,10 @@ from frobs_ray.trials import Place, run_trial_on_ray
 from frobs_train.runners.jobs import estimate_memory
 from frobs_train.runs.lock import RunLock
 from frobs_train.training.monitor import Progress
+from frobs_train.tuning.search import Search
 from frobs_train.tuning.search_space import SearchSpace
 from frobs_train.tuning.study import REPORTS, StudyResult, TrialResult, quiet
-from frobs_train.tuning.tune import Search, Session
+from frobs_train.tuning.tune import Session
 
 if TYPE_CHECKING:
     from frobs_ray.runner import RayRunner
@@ -74,10 +74,6 @@ def tune_on_ray(
         search: The search with its settings.
         on_trial: Function that is called after each trial.
         on_progress: Function that is called with a trial's number, the index of the run's seed, and the run's progress.
-
-    Raises:
-        RunBusyError: Another process is already using the study with this runner.
-        ConfigurationError: A setting is invalid, or the cluster cannot run the trials.
     """
     session = Session(search)
     if search.pruner == "population" and search.seeds > 1:
@@ -175,12 +171,6 @@ def _explore(space: SearchSpace, config: Mapping[str, Any]) -> dict[str, Any]:
 @contextmanager
 def _quiet_tune() -> Iterator[None]:
     """Prevent Ray Tune from writing event files and messages, and from handling Ctrl-C."""
-    added = {name: value for name, value in _QUIET.items() if name not in os.environ}
-    os.environ.update(added)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            yield
-    finally:
-        for name in added:
-            os.environ.pop(name, None)
+    with variables(_QUIET), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield

@@ -15,12 +15,14 @@
 Public names are imported on first use, because most of the modules that define them import pydantic and Gymnasium.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from frobs_cli.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from frobs_train.comparison.compare import Comparison as Comparison
     from frobs_train.comparison.compare import compare as compare
+    from frobs_train.comparison.tables import write_table as write_table
     from frobs_train.configuration.config import ComponentConfig as ComponentConfig
     from frobs_train.configuration.config import ResetFromConfig as ResetFromConfig
     from frobs_train.configuration.config import RunConfig as RunConfig
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
     from frobs_train.evaluation.playing import OctantResult as OctantResult
     from frobs_train.evaluation.video import record_video as record_video
     from frobs_train.evaluation.view import view as view
+    from frobs_train.export.bundle_run import BundleRun as BundleRun
     from frobs_train.export.bundle_run import changes_since as changes_since
     from frobs_train.export.bundle_run import open_pretrained as open_pretrained
     from frobs_train.logs.recorder import EpisodeRecorder as EpisodeRecorder
@@ -65,93 +68,22 @@ if TYPE_CHECKING:
     from frobs_train.runs.policy_run import PolicyRun as PolicyRun
     from frobs_train.runs.run import Run as Run
     from frobs_train.runs.run import default_run_dir as default_run_dir
+    from frobs_train.runs.run import find_runs as find_runs
     from frobs_train.runs.versions import versions as versions
     from frobs_train.training.callbacks import TrainingCallback as TrainingCallback
     from frobs_train.training.interrupts import TrainingInterrupt as TrainingInterrupt
     from frobs_train.training.monitor import Progress as Progress
-    from frobs_train.training.prepare import PreparedTraining as PreparedTraining
-    from frobs_train.training.prepare import prepare_training as prepare_training
     from frobs_train.training.resume import resume as resume
+    from frobs_train.training.session import PreparedTraining as PreparedTraining
     from frobs_train.training.session import make_training_env as make_training_env
+    from frobs_train.training.session import prepare_training as prepare_training
     from frobs_train.training.threads import Threads as Threads
     from frobs_train.training.threads import decide_threads as decide_threads
     from frobs_train.training.threads import usable_processors as usable_processors
     from frobs_train.training.train import train as train
+    from frobs_train.tuning.search import Search as Search
     from frobs_train.tuning.study import StudyResult as StudyResult
     from frobs_train.tuning.study import TrialResult as TrialResult
-    from frobs_train.tuning.tune import Search as Search
     from frobs_train.tuning.tune import tune as tune
 
-_MODULES = {
-    "COLORS": "frobs_train.plots.figures",
-    "Checkpoint": "frobs_train.runs.checkpoints",
-    "Comparison": "frobs_train.comparison.compare",
-    "ComponentConfig": "frobs_train.configuration.config",
-    "ConfigLayoutRecord": "frobs_train.configuration.layout_record",
-    "EnvironmentRecipe": "frobs_train.environments",
-    "EpisodeRecorder": "frobs_train.logs.recorder",
-    "Evaluation": "frobs_train.evaluation.evaluate",
-    "ExpertRun": "frobs_train.runs.policy_run",
-    "FinishedEpisodes": "frobs_train.logs.recorder",
-    "INK": "frobs_train.plots.figures",
-    "Job": "frobs_train.runners.runner",
-    "LOCAL": "frobs_train.runners.runner",
-    "ModelFile": "frobs_train.runs.model_file",
-    "ON_EXISTING": "frobs_train.runs.existing_folder",
-    "OctantResult": "frobs_train.evaluation.playing",
-    "Outcome": "frobs_train.runners.runner",
-    "PolicyRun": "frobs_train.runs.policy_run",
-    "PreparedTraining": "frobs_train.training.prepare",
-    "Progress": "frobs_train.training.monitor",
-    "Report": "frobs_train.runners.runner",
-    "ResetFromConfig": "frobs_train.configuration.config",
-    "Run": "frobs_train.runs.run",
-    "RunConfig": "frobs_train.configuration.config",
-    "Runner": "frobs_train.runners.runner",
-    "RunnerOptions": "frobs_train.runners.runner",
-    "Search": "frobs_train.tuning.tune",
-    "StudyResult": "frobs_train.tuning.study",
-    "Threads": "frobs_train.training.threads",
-    "ThreadsConfig": "frobs_train.configuration.config",
-    "TrainingCallback": "frobs_train.training.callbacks",
-    "TrainingInterrupt": "frobs_train.training.interrupts",
-    "TrialResult": "frobs_train.tuning.study",
-    "changes_since": "frobs_train.export.bundle_run",
-    "compare": "frobs_train.comparison.compare",
-    "count_text": "frobs_train.plots.plot",
-    "decide_threads": "frobs_train.training.threads",
-    "default_run_dir": "frobs_train.runs.run",
-    "dress": "frobs_train.plots.figures",
-    "evaluate": "frobs_train.evaluation.evaluate",
-    "is_paced": "frobs_train.environments",
-    "load_runner": "frobs_train.runners.runner",
-    "make_env": "frobs_train.environments",
-    "make_figure": "frobs_train.plots.figures",
-    "make_training_env": "frobs_train.training.session",
-    "make_vector_env": "frobs_train.environments",
-    "open_policy": "frobs_train.runs.policy",
-    "open_pretrained": "frobs_train.export.bundle_run",
-    "plot_comparison": "frobs_train.plots.plot_comparison",
-    "plot_runs": "frobs_train.plots.plot",
-    "prepare_training": "frobs_train.training.prepare",
-    "raise_failures": "frobs_train.runners.runner",
-    "read_setting": "frobs_train.configuration.resolve",
-    "record_video": "frobs_train.evaluation.video",
-    "resolve_config": "frobs_train.configuration.resolve",
-    "resume": "frobs_train.training.resume",
-    "train": "frobs_train.training.train",
-    "train_seeds": "frobs_train.runners.seeds",
-    "tune": "frobs_train.tuning.tune",
-    "usable_processors": "frobs_train.training.threads",
-    "versions": "frobs_train.runs.versions",
-    "view": "frobs_train.evaluation.view",
-}
-
-__all__ = [*_MODULES]
-
-
-def __getattr__(name: str) -> Any:
-    """Import a public name from its module."""
-    if name not in _MODULES:
-        raise AttributeError(f"module 'frobs_train' has no attribute '{name}'")
-    return getattr(import_module(_MODULES[name]), name)
+__all__, __getattr__ = lazy_names(__name__, __file__)

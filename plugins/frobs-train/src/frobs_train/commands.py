@@ -10,6 +10,7 @@ _SUMMARIES = {
     "plot": "Plot learning curves of one or several runs.",
     "export": "Write a policy to a single file for deployment.",
     "compare": "Compare runs across seeds, with confidence intervals.",
+    "study": "Train and evaluate environments × algorithms × seeds, and write one page.",
     "tune": "Search for better training settings.",
 }
 

@@ -139,6 +139,9 @@ class Place(NamedTuple):
 class EpisodeChecks:
     """Checks of the numbers that a vector environment and a policy exchange, and of the length of episodes.
 
+    The methods raise NonFiniteValueError if a number is not finite. :meth:`count_step` raises EndlessEpisodeError if an
+    episode is endless.
+
     Args:
         env: The vector environment, or a single environment, whose values must be passed with a batch axis.
         longest_episode: Number of steps after which an episode is endless, or None to accept episodes of any length.
@@ -158,11 +161,7 @@ class EpisodeChecks:
         self.episodes = np.zeros(num_envs, np.int64)
 
     def check_action(self, actions: Any) -> None:
-        """Check actions, (num_envs, …), before the environment takes a step.
-
-        Raises:
-            NonFiniteValueError: An action is not finite.
-        """
+        """Check actions, (num_envs, …), before the environment takes a step."""
         place = first_not_finite(actions)
         if place is not None:
             raise NonFiniteValueError(
@@ -173,12 +172,7 @@ class EpisodeChecks:
             )
 
     def count_step(self, rewards: Any, info: Mapping[str, Any]) -> None:
-        """Count a step and check its rewards, (num_envs,).
-
-        Raises:
-            NonFiniteValueError: A reward is not finite.
-            EndlessEpisodeError: An episode is endless.
-        """
+        """Count a step and check its rewards, (num_envs,)."""
         self.lengths += 1
         place = first_not_finite(rewards)
         if place is not None:
@@ -192,11 +186,7 @@ class EpisodeChecks:
             raise EndlessEpisodeError(self.environment, self._longest)
 
     def check_observation(self, observation: Any) -> None:
-        """Check observations, (num_envs, …).
-
-        Raises:
-            NonFiniteValueError: An observation is not finite.
-        """
+        """Check observations, (num_envs, …)."""
         place = first_not_finite(observation)
         if place is not None:
             self._reject(place)
@@ -208,9 +198,6 @@ class EpisodeChecks:
             final: Last observations, as an object array (num_envs,), in which the environments' values may differ in
                 type, or as a batch (num_envs, …).
             ids: Indices of the environments, (n,).
-
-        Raises:
-            NonFiniteValueError: An observation is not finite.
         """
         single = isinstance(final, np.ndarray) and final.dtype == object
         for row in ids.tolist() if single else []:
@@ -225,11 +212,7 @@ class EpisodeChecks:
                 self._reject(place._replace(row=int(ids[place.row])))
 
     def check_metric(self, name: str, values: npt.NDArray[Any], ids: npt.NDArray[np.intp]) -> None:
-        """Check a metric, (n,), of episodes that have ended in the environments with the indices ``ids``, (n,).
-
-        Raises:
-            NonFiniteValueError: A value is not finite.
-        """
+        """Check a metric, (n,), of episodes that have ended in the environments with the indices ``ids``, (n,)."""
         place = first_not_finite(values)
         if place is not None:
             raise self._not_finite(f"the metric '{name}' is {place.value}", int(ids[place.row]))

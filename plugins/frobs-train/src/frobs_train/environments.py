@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -10,13 +11,16 @@ from typing import Any
 import gymnasium as gym
 from gymnasium.vector import AutoresetMode
 
+from frobs_cli.model_options import ROBOT_FLAGS
 from frobs_core import plugins
 from frobs_core.kernel.compose import check_num_envs, plan
 from frobs_core.kernel.config import EnvConfig
 from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.fitting import fixed_keywords
 from frobs_core.plugins.records import SimulatorRecord
 from frobs_core.plugins.registry import bare_id, find_spec
 from frobs_core.util.errors import FrobsError, ParameterValueError
+from frobs_core.util.plain import plain
 from frobs_train.configuration.components import build_component, load_wrapper
 from frobs_train.configuration.config import ComponentConfig
 from frobs_train.environment_checks import CheckedEnv
@@ -62,17 +66,19 @@ def make_vector_env(
     environments are stepped one by one. A paced simulator supports only one environment. Wrappers for single
     environments are applied to each environment, so the native vector environment cannot be used with them. Wrappers
     for vector environments are applied to the vector environment.
+
+    Args:
+        environment: Gymnasium ID.
+        num_envs: ≥ 1.
+        kwargs: Keywords of the environment.
+        wrappers: Wrappers, innermost first.
     """
     check_num_envs(num_envs)
     spec = find_spec(environment)
     loaded = [(load_wrapper(component), component) for component in wrappers]
     single = [item for item in loaded if issubclass(item[0], gym.Wrapper)]
-    try:
+    with _build_errors(environment, kwargs):
         env = _make_vec(spec, num_envs, kwargs, single)
-    except FrobsError:
-        raise
-    except Exception as error:
-        raise EnvironmentBuildError(environment, kwargs, error) from error
     try:
         for cls, component in loaded:
             if issubclass(cls, gym.vector.VectorWrapper):
@@ -112,26 +118,48 @@ def _make_vec(
 
 
 def check_environment(environment: str, kwargs: Mapping[str, Any]) -> None:
-    """Check the keywords of a FRobs environment without importing an engine. Other environments are not checked.
-
-    Raises:
-        FrobsError: A name or a value is invalid. The errors are those of :func:`make_env`.
-    """
-    spec = gym.registry.get(bare_id(environment))
-    if spec is not None and spec.entry_point in ("frobs_core.kernel.env:RobotEnv", RobotEnv):
-        keywords = {key: value for key, value in {**spec.kwargs, **kwargs}.items() if key not in _OF_GYMNASIUM}
-        try:
+    """Check the keywords of a FRobs environment without importing an engine. Other environments are not checked."""
+    keywords = _keywords(environment, kwargs)
+    if keywords is not None:
+        with _build_errors(environment, kwargs):
             plan(EnvConfig.from_dict(keywords), 1)
-        except FrobsError:
-            raise
-        except Exception as error:
-            raise EnvironmentBuildError(environment, kwargs, error) from error
+
+
+def with_fixed_keywords(environment: str, kwargs: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keywords of an environment, with those that state what its robot's file contains and what fits it.
+
+    The keywords of environments of other packages, and of environments with their own robot, are not changed.
+    """
+    keywords = _keywords(environment, kwargs)
+    if keywords is None or not kwargs.keys() & {*ROBOT_FLAGS, "fit"}:
+        return dict(kwargs)
+    with _build_errors(environment, kwargs):
+        return {**kwargs, **plain(fixed_keywords(keywords), for_yaml=True)}
+
+
+def _keywords(environment: str, kwargs: Mapping[str, Any]) -> dict[str, Any] | None:
+    """Return the keywords of a FRobs environment, including those of its ID, or None for other environments."""
+    spec = gym.registry.get(bare_id(environment))
+    if spec is None or spec.entry_point not in ("frobs_core.kernel.env:RobotEnv", RobotEnv):
+        return None
+    return {key: value for key, value in {**spec.kwargs, **kwargs}.items() if key not in _OF_GYMNASIUM}
 
 
 def is_paced(simulator: str | SimulatorRecord | None) -> bool:
     """Return whether a simulator, given by name or record, is paced. Return False for unknown simulators."""
     record = plugins.records("simulator").get(simulator) if isinstance(simulator, str) else simulator
     return isinstance(record, SimulatorRecord) and record.is_paced
+
+
+@contextmanager
+def _build_errors(environment: str, kwargs: Mapping[str, Any]) -> Iterator[None]:
+    """Convert exceptions of other packages to EnvironmentBuildError."""
+    try:
+        yield
+    except FrobsError:
+        raise
+    except Exception as error:
+        raise EnvironmentBuildError(environment, kwargs, error) from error
 
 
 def _wrap(cls: type[Any], component: ComponentConfig, env: gym.Env[Any, Any]) -> Any:
@@ -144,7 +172,17 @@ def make_env(
     render_mode: str | None = None,
     wrappers: Sequence[ComponentConfig] = (),
 ) -> gym.Env[Any, Any]:
-    """Make one environment and apply the wrappers for single environments."""
+    """Make one environment and apply the wrappers for single environments.
+
+    Args:
+        environment: Gymnasium ID.
+        kwargs: Keywords of the environment.
+        render_mode: Render mode of the environment, or None to render nothing.
+        wrappers: Wrappers, innermost first.
+
+    Raises:
+        ComponentError: A wrapper is for vector environments.
+    """
     spec = find_spec(environment)
     loaded = [(load_wrapper(component), component) for component in wrappers]
     for cls, component in loaded:
@@ -155,12 +193,8 @@ def make_env(
                 "wraps a vector environment, but a window or video shows a single environment; "
                 "evaluate the run instead, or rewrite the wrapper as a gymnasium.Wrapper.",
             )
-    try:
+    with _build_errors(environment, kwargs):
         env = gym.make(spec, render_mode=render_mode, disable_env_checker=True, **kwargs)
-    except FrobsError:
-        raise
-    except Exception as error:
-        raise EnvironmentBuildError(environment, kwargs, error) from error
     for cls, component in loaded:
         env = _wrap(cls, component, env)
     return CheckedEnv(env, environment)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -10,14 +9,13 @@ from typing import Any
 import numpy as np
 from stable_baselines3.common.buffers import DictReplayBuffer, ReplayBuffer
 
-from frobs_algos.storage import write_arrays
+from frobs_algos.storage import read_arrays, write_arrays
+from frobs_algos_sb3.replay import buffer_arrays
 from frobs_core.util.errors import CheckpointError, ConfigurationError, UntrustedFileError
 from frobs_core.util.files import write_aside
 
 FORMAT = 1
 """Version of the file format."""
-
-_FIELDS = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
 
 
 def write_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
@@ -38,7 +36,7 @@ def write_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
         )
     size = buffer.size()
     arrays = {"format": np.array(FORMAT), "next": np.array(buffer.pos % buffer.buffer_size if buffer.full else size)}
-    for name, array in _arrays(buffer).items():
+    for name, array in buffer_arrays(buffer).items():
         arrays[name] = array[:size]
     write_aside(path, lambda aside: write_arrays(aside, arrays))
 
@@ -55,7 +53,7 @@ def read_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
         UntrustedFileError: The file is a pickle or contains Python objects.
     """
     saved = _read(path)
-    own = _arrays(buffer)
+    own = buffer_arrays(buffer)
     rows = {len(saved[name]) for name in own if name in saved}
     if set(saved) != {*own, "format", "next"} or len(rows) != 1 or int(saved["format"]) != FORMAT:
         raise CheckpointError(
@@ -82,33 +80,15 @@ def read_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
     buffer.pos, buffer.full = start, len(order) == capacity
 
 
-def _arrays(buffer: ReplayBuffer) -> dict[str, np.ndarray[Any, Any]]:
-    """Return the arrays of a buffer, including those of dictionary observations."""
-    arrays: dict[str, np.ndarray[Any, Any]] = {}
-    for name in _FIELDS:
-        value = getattr(buffer, name)
-        if isinstance(value, dict):
-            arrays |= {f"{name}/{key}": item for key, item in value.items()}
-        else:
-            arrays[name] = value
-    return arrays
-
-
 def _read(path: Path) -> dict[str, np.ndarray[Any, Any]]:
     try:
         with path.open("rb") as file:
-            start = file.read(2)
-            if start != b"PK":
+            if file.read(2) != b"PK":
                 raise UntrustedFileError(path, "the file is a pickle, and opening a pickle can execute code in it")
             with zipfile.ZipFile(file) as archive:
                 for member in archive.infolist():
                     if member.compress_type != zipfile.ZIP_STORED or member.flag_bits & 0x1:
                         raise CheckpointError(f"{path} is rejected: its array '{member.filename}' is compressed.")
-        with np.load(path, allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files}
-    except ValueError as error:
-        if "allow_pickle" in str(error) or "Object arrays" in str(error):
-            raise UntrustedFileError(path, "the file contains arrays of Python objects") from error
-        raise CheckpointError(f"{path} is damaged: {error}.") from error
-    except (OSError, EOFError, KeyError, zipfile.BadZipFile, MemoryError, io.UnsupportedOperation) as error:
+    except (OSError, zipfile.BadZipFile) as error:
         raise CheckpointError(f"{path} cannot be read: {error}.") from error
+    return read_arrays(path)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from importlib import import_module
 from typing import Any
@@ -13,7 +12,7 @@ from stable_baselines3.common.sb2_compat.rmsprop_tf_like import RMSpropTFLike
 from stable_baselines3.common.torch_layers import CombinedExtractor, FlattenExtractor, NatureCNN
 from torch import nn
 
-from frobs_algos_sb3.model_files.text import Unreadable, class_name
+from frobs_algos_sb3.model_files.text import Unreadable, class_name, constructed_class
 
 ALGORITHMS: Mapping[str, str] = {
     "ppo": "stable_baselines3:PPO",
@@ -107,13 +106,12 @@ def policy_class(value: Any) -> type[Any]:
 
     The text contains the name of the class's module, and the name of the class as part of the constructor's name.
     """
-    module = value.get("__module__") if isinstance(value, dict) else None
-    written = value.get("__init__") if isinstance(value, dict) else None
-    function = re.match(r"^<function (\w+)\.__init__ at 0x", written) if isinstance(written, str) else None
-    if function is None or function[1] not in _POLICIES.get(str(module), ()):
-        name = f"{module}.{function[1]}" if function else str(module)
-        raise Unreadable(f"{name} is not a policy class of stable-baselines3 or sb3-contrib")
-    result: type[Any] = getattr(import_module(str(module)), function[1])
+    module = str(value.get("__module__") if isinstance(value, dict) else None)
+    name = constructed_class(value)
+    if name not in _POLICIES.get(module, ()):
+        full_name = f"{module}.{name}" if name else module
+        raise Unreadable(f"{full_name} is not a policy class of stable-baselines3 or sb3-contrib")
+    result: type[Any] = getattr(import_module(module), name)
     return result
 
 

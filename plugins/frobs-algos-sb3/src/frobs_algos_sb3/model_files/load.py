@@ -22,11 +22,11 @@ from frobs_algos_sb3.model_files.archive import ModelArchive, clean_copy, read_a
 from frobs_algos_sb3.model_files.rebuild import Rebuilt, policy_kwargs, rebuild
 from frobs_algos_sb3.model_files.save import read_sidecar
 from frobs_algos_sb3.model_files.shared_layers import copy_shared_layers
-from frobs_algos_sb3.model_files.space_text import same_space
+from frobs_algos_sb3.model_files.spaces import SPACES, as_trained, check_spaces
 from frobs_algos_sb3.model_files.text import Unreadable
-from frobs_core.util.errors import CheckpointError, ConfigurationError, ModelMismatchError, UntrustedFileError
+from frobs_core.util.errors import CheckpointError, ConfigurationError, UntrustedFileError
 
-_NEEDED = ("policy_class", "policy_kwargs", "observation_space", "action_space", "use_sde")
+_NEEDED = ("policy_class", "policy_kwargs", "use_sde")
 """Attributes that are required to build the policy."""
 
 _GYM_MODULES = (
@@ -43,6 +43,7 @@ def load_model(
     path: Path | str,
     env: gym.Env[Any, Any] | VecEnv | None = None,
     *,
+    spaces: tuple[gym.Space[Any], gym.Space[Any]] | None = None,
     algorithm: str | None = None,
     trust: bool = False,
     device: str = "auto",
@@ -55,6 +56,8 @@ def load_model(
         path: Path of the file. The suffix ``.zip`` may be omitted.
         env: Environment for further training, or None for predictions only. Without an environment, attributes that are
             needed only for training (schedules, noise, …) may be unreadable.
+        spaces: Observation and action space of the environment, for predictions only. Not required if ``env`` or
+            ``trust`` is set, or if the JSON file written by FRobs is next to the model.
         algorithm: Name in :data:`frobs_algos_sb3.model_files.known.ALGORITHMS`, or None to identify the algorithm from
             the file.
         trust: Whether to open the file with stable-baselines3's own loader, which executes code in the file.
@@ -82,15 +85,24 @@ def load_model(
         cls = known.algorithm_class(name)
     except Unreadable as problem:
         raise ConfigurationError(f"{archive.path}: {problem}.") from None
-    if trust:
-        return _load_trusted(archive, cls, env, device, overrides)
-    archive = copy_shared_layers(archive)
-    beside = read_sidecar(archive)
-    model = rebuild(archive, cls, {*overrides, *beside})
-    model.values.update(beside)
     venv = None if env is None else cls._wrap_env(env, verbose=0)
     if venv is not None:
-        _take_spaces(archive, model, venv)
+        spaces = venv.observation_space, venv.action_space
+    elif spaces is not None:
+        spaces = as_trained(spaces[0]), spaces[1]
+    if spaces is not None:
+        check_spaces(archive, spaces)
+    if trust:
+        return _load_trusted(archive, cls, venv, device, overrides)
+    archive = copy_shared_layers(archive)
+    model = rebuild(archive, cls, overrides)
+    model.replace(read_sidecar(archive))
+    model.replace(dict(zip(SPACES, spaces or (), strict=False)))
+    if not model.values.keys() >= {*SPACES}:
+        raise UntrustedFileError(
+            archive.path,
+            "without an environment (env=…), the model's spaces can only be read by executing code in the file",
+        )
     _fill_in(archive, model, defaults or {}, training=env is not None)
     return _build(archive, cls, venv, device, model.values, overrides)
 
@@ -128,25 +140,11 @@ def _check_algorithm(archive: ModelArchive, name: str) -> None:
         raise CheckpointError(f"{archive.path} is a model of '{real}', not of '{name}'.")
 
 
-def _take_spaces(archive: ModelArchive, found: Rebuilt, env: VecEnv) -> None:
-    """Use the environment's exact spaces if they match the spaces in the file."""
-    for key, real in (("observation_space", env.observation_space), ("action_space", env.action_space)):
-        written = found.values.get(key)
-        if written is not None and not same_space(written, real):
-            raise ModelMismatchError(archive.path, key, written, real)
-        found.unreadable.pop(key, None)
-        found.values[key] = real
-
-
 def _fill_in(archive: ModelArchive, found: Rebuilt, defaults: Mapping[str, Any], training: bool) -> None:
     """Use defaults for unreadable attributes, and raise an error if a required attribute is missing."""
-    for key in [key for key in found.unreadable if key in defaults]:
-        found.values[key] = defaults[key]
-        del found.unreadable[key]
-    space = found.values.get("action_space")
-    if "target_entropy" in found.unreadable and space is not None:  # only 'auto' values are pickled
-        found.values["target_entropy"] = -float(np.prod(space.shape))
-        del found.unreadable["target_entropy"]
+    if "target_entropy" in found.unreadable:  # only 'auto' values are pickled
+        found.replace({"target_entropy": -float(np.prod(found.values["action_space"].shape))})
+    found.replace({key: defaults[key] for key in found.unreadable if key in defaults})
     for key in _NEEDED:
         if key not in found.values and key not in found.unreadable:
             raise CheckpointError(f"{archive.path} is damaged: its file 'data' does not contain the attribute '{key}'.")
@@ -163,11 +161,7 @@ def _fill_in(archive: ModelArchive, found: Rebuilt, defaults: Mapping[str, Any],
 
 def _reason(key: str, why: str) -> str:
     """Explain why an attribute cannot be read without ``trust``, and how to open the model instead."""
-    way = ""
-    if key in ("observation_space", "action_space"):
-        way = ", or open the model with an environment"
-    elif key not in ("policy_class", "policy_kwargs"):
-        way = f", or pass {key}=…"
+    way = "" if key in ("policy_class", "policy_kwargs") else f", or pass {key}=…"
     return (
         f"the attribute '{key}' is stored as a pickle, which can execute code when it is opened, and cannot be "
         f"restored from the text next to the pickle ({why}){way}"
@@ -183,9 +177,9 @@ def _build(
     overrides: Mapping[str, Any],
 ) -> BaseAlgorithm:
     """Build the model with stable-baselines3 from a copy of the file without pickles."""
-    frozen = [] if env is not None else [key for key in ("learning_rate",) if key not in {*values, *overrides}]
-    if frozen:
-        values["learning_rate"] = _learning_rate(archive)
+    lacks_rate = env is None and "learning_rate" not in {*values, *overrides}
+    if lacks_rate:
+        values["learning_rate"] = 0.0  # the state of the optimizer contains the last rate
     if env is None and values.get("replay_buffer_class") is HerReplayBuffer:  # its constructor requires an environment
         values |= {"replay_buffer_class": None, "replay_buffer_kwargs": {}}
     values.setdefault("verbose", 0)
@@ -197,17 +191,9 @@ def _build(
         raise CheckpointError(
             f"{archive.path} cannot be opened, because its parts do not match each other: {_first_line(error)}."
         ) from error
-    if frozen:
+    if lacks_rate:
         model.lr_schedule = _Unreadable(archive.path)
     return model
-
-
-def _learning_rate(archive: ModelArchive) -> float:
-    """Return the last learning rate of an optimizer, which is sufficient for a model that only makes predictions."""
-    for name, tensors in archive.tensors.items():
-        if name.endswith("optimizer") and isinstance(tensors, Mapping) and tensors.get("param_groups"):
-            return max(0.0, float(tensors["param_groups"][0].get("lr", 0.0)))  # a linear schedule may end below 0
-    return 0.0
 
 
 def _first_line(error: BaseException) -> str:

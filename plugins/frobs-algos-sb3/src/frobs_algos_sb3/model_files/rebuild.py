@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -16,12 +17,10 @@ from stable_baselines3.her import HerReplayBuffer
 
 from frobs_algos_sb3.model_files import known, text
 from frobs_algos_sb3.model_files.archive import ModelArchive
-from frobs_algos_sb3.model_files.space_text import read_space
+from frobs_algos_sb3.model_files.spaces import SPACES
 from frobs_algos_sb3.model_files.text import Unreadable
 
-_SPACES = ("observation_space", "action_space")
-_SCHEDULES = ("learning_rate", "clip_range", "clip_range_vf")
-_WORDS = ("ent_coef", "target_entropy")
+_ONLY_CODE = "the file contains the value only as code, which is not executed"
 _FRESH = (
     "_last_obs",
     "_last_original_obs",
@@ -35,14 +34,12 @@ _FRESH = (
 """Attributes that an opened model initializes itself. Their values in the file are ignored."""
 
 _BUFFERS = {
-    "ReplayBuffer": None,
-    "DictReplayBuffer": None,
-    "NStepReplayBuffer": None,
+    **dict.fromkeys(("ReplayBuffer", "DictReplayBuffer", "NStepReplayBuffer", "RolloutBuffer", "DictRolloutBuffer",
+                     "RecurrentRolloutBuffer", "RecurrentDictRolloutBuffer")),
     "HerReplayBuffer": HerReplayBuffer,
-}
-"""Replay buffer classes by name, or None if the model selects the class based on its spaces."""
+}  # fmt: skip
+"""Buffer classes by name, or None if the model selects the class based on its spaces."""
 
-_ROLLOUTS = ("RolloutBuffer", "DictRolloutBuffer", "RecurrentRolloutBuffer", "RecurrentDictRolloutBuffer")
 _MAX_LAYERS = 64
 _SIZES = ("features_dim", "cnn_output_dim", "lstm_hidden_size")
 _COUNTS = ("n_critics", "n_quantiles", "n_lstm_layers")
@@ -55,14 +52,19 @@ class Rebuilt:
     values: dict[str, Any] = field(default_factory=dict)
     unreadable: dict[str, str] = field(default_factory=dict)
 
+    def replace(self, values: Mapping[str, Any]) -> None:
+        """Use other values for some attributes."""
+        self.values.update(values)
+        self.unreadable = {name: reason for name, reason in self.unreadable.items() if name not in values}
+
 
 def rebuild(archive: ModelArchive, cls: type[BaseAlgorithm], given: Iterable[str]) -> Rebuilt:
-    """Read all attributes of a model class from a file, except for the attributes in ``given``."""
+    """Read all attributes of a model class from a file, except for its spaces and the attributes in ``given``."""
     data, result = archive.data, Rebuilt()
-    names = set(_attributes(cls)) - set(_FRESH)
+    names = set(_attributes(cls)) - {*_FRESH, *SPACES}
     for name in [name for name in data if name in names and name not in given]:
         try:
-            result.values[name] = _reader(name, archive)(data[name])
+            result.values[name] = _read(name, archive)
         except Unreadable as problem:
             result.unreadable[name] = str(problem)
     if "policy_class" in result.unreadable:  # without the class, its keyword arguments are useless
@@ -74,34 +76,19 @@ def rebuild(archive: ModelArchive, cls: type[BaseAlgorithm], given: Iterable[str
 def _attributes(cls: type[BaseAlgorithm]) -> list[str]:
     """Return the names of the attributes of a model class that can be read from a file."""
     bare = cls(policy=BasePolicy, env=None, _init_setup_model=False)  # type: ignore[call-arg]
-    return [*vars(bare), "policy_class", *_SPACES, "n_envs"]
+    return [*vars(bare), "policy_class", "n_envs"]
 
 
-def _reader(name: str, archive: ModelArchive) -> Callable[[Any], Any]:
-    """Return the function that reads an attribute."""
-    if name == "policy_class":
-        return known.policy_class
+def _read(name: str, archive: ModelArchive) -> Any:
+    """Read an attribute, or raise Unreadable."""
+    value = archive.data[name]
     if name == "policy_kwargs":
-        return lambda value: policy_kwargs(value, archive)
-    if name in _SPACES:
-        return read_space
-    if name in _SCHEDULES:
-        return lambda value: None if value is None else text.schedule(value)
-    if name == "action_noise":
-        return text.action_noise
-    if name == "replay_buffer_class":
-        return _replay_buffer_class
-    if name == "rollout_buffer_class":
-        return _rollout_buffer_class
-    if name in ("replay_buffer_kwargs", "rollout_buffer_kwargs"):
-        return _plain_mapping
-    if name == "n_envs":  # limited, because the model allocates memory for each environment
-        return lambda value: text.integer(value, 1, 2**16)
-    if name in _WORDS:
-        return _word_or_number
+        return policy_kwargs(value, archive)
+    if name in _READERS:
+        return _READERS[name](value)
     if name in archive.pickled:
-        return _pickled
-    return _scalar
+        raise Unreadable(_ONLY_CODE)
+    return _scalar(value)
 
 
 def _scalar(value: Any) -> bool | int | float | None:
@@ -112,14 +99,10 @@ def _scalar(value: Any) -> bool | int | float | None:
     raise Unreadable("the value is not a number")
 
 
-def _pickled(_value: Any) -> Any:
-    raise Unreadable("the file contains the value only as code, which is not executed")
-
-
 def _word_or_number(value: Any) -> str | float:
     if isinstance(value, str):
         first, _, rest = value.partition("_")
-        if first == "auto" and (not rest or text.number(rest) > 0.0):
+        if first == "auto" and (not rest or re.fullmatch(r"\d+(\.\d+)?", rest)):
             return value
         raise Unreadable("the value is neither a number nor 'auto'")
     return text.number(value)
@@ -127,33 +110,31 @@ def _word_or_number(value: Any) -> str | float:
 
 def _plain_mapping(value: Any) -> dict[str, Any]:
     if not isinstance(value, dict) or ":type:" in value:
-        raise Unreadable("the file contains the value only as code, which is not executed")
+        raise Unreadable(_ONLY_CODE)
     return {str(key): item if isinstance(item, str) else _scalar(item) for key, item in value.items()}
 
 
-def _class_of_constructor(value: Any) -> str:
-    """Return the name of a pickled class, read from the name of its constructor."""
-    written = value.get("__init__") if isinstance(value, dict) else None
-    if not isinstance(written, str) or not written.startswith("<function "):
-        raise Unreadable("the file does not contain the name of the class")
-    return written.removeprefix("<function ").partition(".")[0]
-
-
-def _replay_buffer_class(value: Any) -> type[buffers.ReplayBuffer] | None:
+def _buffer_class(value: Any) -> type[buffers.ReplayBuffer] | None:
+    """Return a pickled buffer class, whose name is part of the name of its constructor."""
     if value is None:
         return None
-    name = _class_of_constructor(value)
+    name = text.constructed_class(value)
     if name not in _BUFFERS:
-        raise Unreadable(f"{name} is not a replay buffer of stable-baselines3")
+        raise Unreadable("it is not a buffer class of stable-baselines3")
     return _BUFFERS[name]
 
 
-def _rollout_buffer_class(value: Any) -> None:
-    if value is not None and value.get("__module__") not in (
-        "stable_baselines3.common.buffers",
-        "sb3_contrib.common.recurrent.buffers",
-    ):
-        raise Unreadable(f"the module {value.get('__module__')} does not contain rollout buffers of stable-baselines3")
+_READERS: Mapping[str, Callable[[Any], Any]] = {
+    "policy_class": known.policy_class,
+    "replay_buffer_class": _buffer_class,
+    "rollout_buffer_class": _buffer_class,
+    "replay_buffer_kwargs": _plain_mapping,
+    "rollout_buffer_kwargs": _plain_mapping,
+    "n_envs": lambda value: text.integer(value, 1, 2**16),  # limited, because each environment needs memory
+    "ent_coef": _word_or_number,
+    "target_entropy": _word_or_number,
+}
+"""Functions that read certain attributes. All others are numbers."""
 
 
 def policy_kwargs(value: Any, archive: ModelArchive) -> dict[str, Any]:

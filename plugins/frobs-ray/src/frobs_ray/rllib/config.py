@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt
+from pydantic import Field, NonNegativeInt, PositiveInt
 
-from frobs_algos.settings import Fraction, Schedule, Settings, schedule
-from frobs_algos_sb3.networks import Activation, Widths
+from frobs_algos.settings import Activation, Fraction, Schedule, Settings, Widths, schedule
 
 
 class NetworkConfig(Settings):
@@ -20,22 +19,6 @@ class NetworkConfig(Settings):
 
     net_arch: Widths = Field(default=[256, 256])
     activation_fn: Activation = "relu"
-
-
-class ActorCriticConfig(NetworkConfig):
-    """Settings of the separate policy and value networks of PPO and APPO.
-
-    Attributes:
-        net_arch: Widths of the hidden layers of both networks.
-        activation_fn: Activation function between the layers.
-        ortho_init: Whether the initial weights are orthogonal matrices.
-        log_std_init: Logarithm of the initial standard deviation of the actions.
-    """
-
-    net_arch: Widths = Field(default=[64, 64])
-    activation_fn: Activation = "tanh"
-    ortho_init: bool = True
-    log_std_init: float = 0.0
 
 
 class RLlibConfig(Settings):
@@ -63,6 +46,11 @@ class RLlibConfig(Settings):
     cpus_per_env_runner: PositiveInt = 1
     ray_address: Annotated[str, Field(min_length=1)] | None = None
 
+    @property
+    def scales_observation(self) -> bool:
+        """Whether the networks multiply observations by the scale factors that the task suggests."""
+        return self.scale_observation
+
     def rates(self, done: int, total: int) -> float | list[list[float]]:
         """Return the learning rate in RLlib's format.
 
@@ -78,23 +66,3 @@ class RLlibConfig(Settings):
         if not callable(rate):
             return rate
         return [[0, rate(1.0 - done / total)], [total - done, rate(0.0)]]
-
-
-class OnPolicyConfig(RLlibConfig):
-    """Settings that PPO and APPO share.
-
-    Attributes:
-        n_steps: Number of control steps per environment in each iteration.
-        clip_range: Maximum deviation of the probability ratio from 1 before the ratio is clipped.
-        ent_coef: Weight of the entropy bonus in the loss.
-        vf_coef: Weight of the value loss.
-        max_grad_norm: Maximum gradient norm, to which larger gradients are clipped.
-        policy_kwargs: Settings of the networks.
-    """
-
-    n_steps: PositiveInt = 2048
-    clip_range: PositiveFloat = 0.2
-    ent_coef: NonNegativeFloat = 0.0
-    vf_coef: NonNegativeFloat = 0.5
-    max_grad_norm: PositiveFloat = 0.5
-    policy_kwargs: ActorCriticConfig = ActorCriticConfig()

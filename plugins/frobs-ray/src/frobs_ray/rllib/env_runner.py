@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import gymnasium as gym
@@ -16,14 +15,16 @@ from ray.rllib.env import INPUT_ENV_SINGLE_SPACES, INPUT_ENV_SPACES
 from ray.rllib.env.single_agent_env_runner import SingleAgentEnvRunner
 from ray.rllib.env.single_agent_episode import SingleAgentEpisode
 
-from frobs_ray.rllib.fragments import Fragments
+from frobs_ray.errors import EnvironmentCopyError
+from frobs_ray.rllib.fragments import Array, Step, fragments
 from frobs_ray.rllib.spaces import FlatSpaces
 from frobs_train import EnvironmentRecipe, EpisodeRecorder, FinishedEpisodes
 
 EPISODES = "frobs_episodes"
 """Key of the metric that contains the finished episodes."""
 
-Array = np.ndarray[Any, Any]
+_ADAPTING = ("NormalizeObservation", "NormalizeReward")
+"""Wrappers whose statistics would differ between environment runners, and between training and evaluation."""
 
 
 class VectorEnvRunner(SingleAgentEnvRunner):
@@ -58,7 +59,7 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         seeds = [config["seed"], self.worker_index or 0]
         self._finished: list[FinishedEpisodes] = []
         self._own = self.given is None
-        self.env: Any = self.given if self.given is not None else self._make()
+        self.env: Any = self._make() if self._own else self.given
         if self._own and ray.get_runtime_context().was_current_actor_reconstructed:
             seeds.append(secrets.randbits(31))  # with the old seeds, a restarted runner would repeat its episodes
         sequence = np.random.SeedSequence(seeds)
@@ -82,9 +83,9 @@ class VectorEnvRunner(SingleAgentEnvRunner):
 
     def get_spaces(self) -> dict[str, Any]:
         """Return the spaces of the networks as a dictionary with RLlib's keys."""
-        spaces: FlatSpaces = self.config.env_config["spaces"]
+        spaces: FlatSpaces = self.config.env_config["spaces"]  # RLlib may ask before it calls make_env
         pair = (spaces.observation, spaces.action)
-        return {INPUT_ENV_SPACES: pair, INPUT_ENV_SINGLE_SPACES: pair, DEFAULT_MODULE_ID: pair}
+        return dict.fromkeys((INPUT_ENV_SPACES, INPUT_ENV_SINGLE_SPACES, DEFAULT_MODULE_ID), pair)
 
     def sample(  # type: ignore[override]  # same arguments as in RLlib's own runner
         self,
@@ -113,30 +114,26 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         else:
             steps = -(-num_timesteps // self.num_envs)
         try:
-            return self._sample_steps(steps, random_actions, force_reset)
+            if self._needs_initial_reset or force_reset:
+                seed = self._env_seed if self._needs_initial_reset else None
+                self._observation = self._spaces.flatten(self.env.reset(seed=seed)[0])
+                self._needs_initial_reset = False
+            first = self._observation
+            with th.no_grad():
+                taken = [self._step(random_actions or self._random_steps > 0) for _ in range(steps)]
         except Exception as error:
             self.problem = self.problem or f"{type(error).__name__}: {error}"
             raise
-
-    def _sample_steps(self, steps: int, random_actions: bool, force_reset: bool) -> list[SingleAgentEpisode]:
-        if self._needs_initial_reset or force_reset:
-            seed = self._env_seed if self._needs_initial_reset else None
-            self._observation = self._spaces.flatten(self.env.reset(seed=seed)[0])
-            self._needs_initial_reset = False
-        fragments = Fragments(steps, self._observation, self._spaces.action)
-        with th.no_grad():
-            for _ in range(steps):
-                self._step(fragments, random_actions or self._random_steps > 0)
-        episodes = fragments.episodes()
+        episodes = fragments(first, taken)
         untyped: Any = self
         untyped._increase_sampled_metrics(steps * self.num_envs, sum(episode.is_done for episode in episodes))
         return episodes
 
     def get_metrics(self) -> Any:
         """Return the number of steps and the finished episodes since the last call."""
-        if self._finished:
-            self.metrics.log_value(EPISODES, pack(self._finished), reduce="item_series")
-            self._finished.clear()
+        for finished in self._finished:
+            self.metrics.log_value(EPISODES, finished, reduce="item_series")
+        self._finished.clear()
         return self.metrics.reduce()
 
     def stop(self) -> None:
@@ -144,24 +141,22 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         if self._own and self.env is not None:
             self.env.close()
 
-    def _step(self, fragments: Fragments, random_actions: bool) -> None:
+    def _step(self, random_actions: bool) -> Step:
         if random_actions:
             self._random_steps -= 1
-            columns: dict[str, Array] = {Columns.ACTIONS: self._draw_uniformly()}
+            outputs: dict[str, Array] = {Columns.ACTIONS: self._draw_uniformly()}
         else:
             module: Any = self.module
-            outputs = module.act(th.from_numpy(self._observation), self._generator)
-            columns = {name: tensor.numpy() for name, tensor in outputs.items()}
-        observation, rewards, terminated, truncated, info = self.env.step(self._spaces.to_env(columns[Columns.ACTIONS]))
-        finals: dict[int, Array] = {}
-        if (terminated | truncated).any():
-            diverged = info["final_info"].get("frobs/diverged")
-            if diverged is not None:  # the physics diverged: do not bootstrap the final value
-                terminated = terminated | diverged
-            for index in np.flatnonzero(terminated | truncated).tolist():
-                finals[index] = self._spaces.flatten_one(info["final_obs"][index])
+            tensors = module.act(th.from_numpy(self._observation), self._generator)
+            outputs = {name: tensor.numpy() for name, tensor in tensors.items()}
+        observation, reward, terminated, truncated, info = self.env.step(self._spaces.to_env(outputs[Columns.ACTIONS]))
+        ended = np.flatnonzero(terminated | truncated).tolist()
+        finals = {env: self._spaces.flatten_one(info["final_obs"][env]) for env in ended}
+        diverged = info["final_info"].get("frobs/diverged") if ended else None
+        if diverged is not None:  # the physics diverged: do not bootstrap the final value
+            terminated = terminated | diverged
         self._observation = self._spaces.flatten(observation)
-        fragments.add(columns, self._observation, rewards, terminated, truncated, finals)
+        return Step(outputs, self._observation, reward.copy(), terminated.copy(), truncated.copy(), finals)
 
     def _draw_uniformly(self) -> Array:
         space = self._spaces.action
@@ -170,17 +165,21 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         return self._random.uniform(-1.0, 1.0, (self.num_envs, *(space.shape or ()))).astype(np.float32)
 
 
-def pack(finished: Sequence[FinishedEpisodes]) -> dict[str, Any]:
-    """Combine finished episodes into arrays of rewards, lengths, terms, and successes (or None if unavailable)."""
-    successes = [item.successes for item in finished if item.successes is not None]
-    return {
-        "rewards": np.concatenate([item.rewards for item in finished]),
-        "lengths": np.concatenate([item.lengths for item in finished]),
-        "successes": np.concatenate(successes) if len(successes) == len(finished) else None,
-        "terms": _terms([item.terms for item in finished]),
-    }
+def recipe_of(env: gym.vector.VectorEnv[Any, Any, Any]) -> EnvironmentRecipe:
+    """Return the recipe for the environments of a training run.
 
-
-def _terms(parts: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
-    names = dict.fromkeys(name for part in parts for name in part)
-    return {name: np.concatenate([part[name] for part in parts if name in part]) for name in names}
+    Raises:
+        EnvironmentCopyError: A wrapper or a callback cannot be recreated, or no training run made the environment.
+    """
+    recipe = getattr(env, "recipe", None)
+    if not isinstance(recipe, EnvironmentRecipe):
+        raise EnvironmentCopyError("no training run made the environment", "use frobs_train.train")
+    for component in recipe.wrappers:
+        if component.name.rpartition(":")[2] in _ADAPTING:
+            raise EnvironmentCopyError(
+                f"the wrapper {component.name} uses statistics that are collected in a single process",
+                "replace this wrapper with a wrapper that uses fixed constants",
+            )
+    if recipe.obstacle:
+        raise EnvironmentCopyError(recipe.obstacle, "remove this setting")
+    return recipe

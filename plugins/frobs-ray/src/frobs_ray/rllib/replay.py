@@ -23,7 +23,7 @@ class Transitions(dict[str, Array]):
 
 
 class ReplayBuffer(ReplayBufferInterface):
-    """Replay buffer that stores the most recent transitions and samples from them uniformly.
+    """Replay buffer that stores the most recent transitions and samples uniformly, without priorities.
 
     RLlib's buffer processes each transition of a batch separately in Python, whereas this buffer indexes arrays.
 
@@ -45,18 +45,16 @@ class ReplayBuffer(ReplayBufferInterface):
 
     def add(self, batch: Sequence[SingleAgentEpisode], **kwargs: Any) -> None:
         """Add the steps of episode fragments to the buffer."""
-        episodes = batch
-        terminated = [np.zeros(len(episode), np.bool_) for episode in episodes]
-        for ends, episode in zip(terminated, episodes, strict=True):
-            ends[-1] = episode.is_terminated
-        observations = [episode.observations.data for episode in episodes]
+        observations = [episode.observations.data for episode in batch]
         rows = {
             Columns.OBS: np.concatenate([values[:-1] for values in observations]),
             Columns.NEXT_OBS: np.concatenate([values[1:] for values in observations]),
-            Columns.ACTIONS: np.concatenate([episode.actions.data for episode in episodes]),
-            Columns.REWARDS: np.concatenate([episode.rewards.data for episode in episodes]),
-            Columns.TERMINATEDS: np.concatenate(terminated),
+            Columns.ACTIONS: np.concatenate([episode.actions.data for episode in batch]),
+            Columns.REWARDS: np.concatenate([episode.rewards.data for episode in batch]),
         }
+        last = np.cumsum([len(episode) for episode in batch]) - 1
+        rows[Columns.TERMINATEDS] = np.zeros(len(rows[Columns.REWARDS]), np.bool_)
+        rows[Columns.TERMINATEDS][last] = [episode.is_terminated for episode in batch]
         count = len(rows[Columns.REWARDS])
         if not self._columns:
             self._columns = {

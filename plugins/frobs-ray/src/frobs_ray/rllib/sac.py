@@ -11,12 +11,11 @@ from ray.rllib.algorithms.sac.torch.sac_torch_learner import SACTorchLearner
 from ray.rllib.core import DEFAULT_MODULE_ID
 from ray.rllib.policy.sample_batch import MultiAgentBatch, SampleBatch
 
-from frobs_algos.settings import Fraction
-from frobs_algos_sb3.sac import EntropyCoefficient
+from frobs_algos.settings import EntropyCoefficient, Fraction
 from frobs_ray.rllib.algorithm import RLlibAlgorithm
 from frobs_ray.rllib.config import NetworkConfig, RLlibConfig
+from frobs_ray.rllib.networks import SoftActorCritic
 from frobs_ray.rllib.replay import ReplayBuffer, Transitions
-from frobs_ray.rllib.soft_actor_critic import SoftActorCritic
 
 
 class SACConfig(RLlibConfig):
@@ -88,12 +87,10 @@ class RLlibSAC(RLlibAlgorithm):
     config_model: ClassVar[type[RLlibConfig]] = SACConfig
     module_class: ClassVar[type[Any]] = SoftActorCritic
     has_target_networks: ClassVar[bool] = True
+    _config: SACConfig
 
     def rllib_config(self, steps: int) -> sac.SACConfig:
-        """Return RLlib's configuration."""
-        settings: Any = self.settings
-        assert isinstance(settings, SACConfig)
-        assert self.env is not None
+        settings = self._config
         rates: Any = settings.rates(self.steps, steps)
         collected = settings.train_freq * self.env.num_envs
         updates = collected if settings.gradient_steps < 0 else settings.gradient_steps

@@ -8,6 +8,7 @@ import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
 
+from frobs_algos.spaces import flatten, subspaces
 from frobs_core.description import Observation
 from frobs_core.util.arrays import Action
 from frobs_core.util.errors import FLATTEN_HINT, IncompatibleSpaceError
@@ -32,7 +33,7 @@ class FlatSpaces:
     """
 
     def __init__(self, observation: gym.Space[Any], action: gym.Space[Any], algorithm: str) -> None:
-        parts = list(observation.spaces.values()) if isinstance(observation, spaces.Dict) else [observation]
+        parts = subspaces(observation).values()
         if not all(isinstance(part, spaces.Box) and len(part.shape) < 3 for part in parts):
             raise IncompatibleSpaceError(
                 f"algorithm '{algorithm}'",
@@ -40,9 +41,8 @@ class FlatSpaces:
                 f"needs numeric observations, flat or in a Dict, but the observation space is {observation}; "
                 f"{FLATTEN_HINT}, or use an algorithm of frobs-algos-sb3 for images and discrete values.",
             )
-        self._sizes = [int(np.prod(part.shape)) for part in parts if part.shape is not None]
-        self._keys = list(observation.spaces) if isinstance(observation, spaces.Dict) else None
-        size = sum(self._sizes)
+        self._space = observation
+        size = sum(int(np.prod(part.shape)) for part in parts if part.shape is not None)
         self.observation = spaces.Box(-np.inf, np.inf, (size,), np.float32)
         if isinstance(action, spaces.Discrete):
             self.action: gym.Space[Any] = spaces.Discrete(int(action.n))
@@ -60,21 +60,12 @@ class FlatSpaces:
 
     def flatten(self, observation: Observation) -> Floats32:
         """Return a batch of observations as a newly allocated float32 array (batch, k)."""
-        if self._keys is None:
-            parts = [np.asarray(observation)]
-        else:
-            assert isinstance(observation, dict)
-            parts = [np.asarray(observation[key]) for key in self._keys]
-        columns = [part.reshape(len(part), size) for part, size in zip(parts, self._sizes, strict=True)]
-        joined: Floats32 = np.concatenate(columns, axis=1, dtype=np.float32, casting="same_kind")
-        return joined
+        return flatten(observation, self._space)
 
     def flatten_one(self, observation: Any) -> Floats32:
         """Return a single observation as a float32 array (k,)."""
-        if self._keys is None:
-            batch: Observation = np.asarray(observation)[None]
-        else:
-            batch = {key: np.asarray(observation[key])[None] for key in self._keys}
+        is_dict = isinstance(observation, dict)
+        batch = {key: part[None] for key, part in observation.items()} if is_dict else np.asarray(observation)[None]
         return self.flatten(batch).ravel()
 
     def to_env(self, action: np.ndarray[Any, Any]) -> Action:

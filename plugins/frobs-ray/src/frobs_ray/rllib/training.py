@@ -6,8 +6,7 @@ import logging
 import math
 import time
 import warnings
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 import gymnasium as gym
@@ -20,11 +19,10 @@ from ray.rllib.core.rl_module.rl_module import RLModuleSpec
 from ray.rllib.utils.metrics import ENV_RUNNER_RESULTS, LEARNER_RESULTS, NUM_ENV_STEPS_SAMPLED_LIFETIME
 
 from frobs_core.contracts import TrainingMonitor
-from frobs_ray.cluster import connect
+from frobs_ray.cluster import connect, quiet
 from frobs_ray.errors import ClusterSizeError, EnvironmentRunnerError
 from frobs_ray.rllib import state
-from frobs_ray.rllib.env_runner import EPISODES, VectorEnvRunner
-from frobs_ray.rllib.environments import recipe_of
+from frobs_ray.rllib.env_runner import EPISODES, VectorEnvRunner, recipe_of
 
 if TYPE_CHECKING:
     from frobs_ray.rllib.algorithm import RLlibAlgorithm
@@ -67,42 +65,29 @@ class Training:
         self._working = -1
 
     def run(self, steps: int) -> None:
-        """Train until ``steps`` environment steps have been taken or the monitor ends training.
-
-        Raises:
-            ClusterConnectionError: No cluster responds at the address in the settings.
-            ClusterSizeError: The cluster has too few processors.
-            EnvironmentCopyError: Environment runners cannot create the environment.
-            EnvironmentRunnerError: No environment runner has worked for ten minutes, or an environment runner reported
-                an error in its environment.
-        """
+        """Train until ``steps`` environment steps have been taken or the monitor ends training."""
         owner = self._owner
         with ExitStack() as stack:
             stack.enter_context(warnings.catch_warnings())
             warnings.simplefilter("ignore")  # RLlib's own code causes warnings
-            stack.enter_context(_without_tracebacks())
-            stack.enter_context(self._cluster())
+            # The log entries about failed runners contain tracebacks. This class logs each failure as a single line.
+            stack.enter_context(quiet(["ray.rllib.utils.actor_manager"], logging.CRITICAL))
+            needed = owner.settings.num_env_runners * owner.settings.cpus_per_env_runner
+            stack.enter_context(connect(owner.settings.ray_address, max(needed, 1)))
+            available = int(ray.cluster_resources().get("CPU", 0))
+            if available < needed:
+                raise ClusterSizeError(needed, available)
             seed = np.random.SeedSequence([owner.seed, owner.steps]).generate_state(1)[0] >> 1
             np.random.seed(seed)  # noqa: NPY002  # RLlib shuffles with this generator
             th.manual_seed(int(seed))
             algorithm = self._build(steps)
             stack.callback(algorithm.stop)
-            learner = _learner(algorithm)
+            (learner,) = (result.get() for result in algorithm.learner_group.foreach_learner(lambda each: each))
             self._begin(algorithm, learner)
             try:
                 self._iterate(algorithm, learner, steps)
             finally:
                 owner.learning = state.learning(learner)
-
-    @contextmanager
-    def _cluster(self) -> Iterator[None]:
-        config = self._owner.settings
-        needed = config.num_env_runners * config.cpus_per_env_runner
-        with connect(config.ray_address, max(needed, 1)):
-            available = int(ray.cluster_resources().get("CPU", 0))
-            if available < needed:
-                raise ClusterSizeError(needed, available)
-            yield
 
     def _build(self, steps: int) -> Any:
         owner, settings = self._owner, self._owner.settings
@@ -160,7 +145,7 @@ class Training:
         """Copy the networks and optimizer states to RLlib's algorithm, and the networks to all environment runners."""
         _raise_problems(algorithm.env_runner_group, _START)
         module = learner.module[DEFAULT_MODULE_ID].unwrapped()
-        state.restore_weights(module, state.weights(self._owner.module))
+        module.load_state_dict(self._owner.module.state_dict())
         state.restore_learning(learner, self._owner.learning)
         self._owner.module = module
         algorithm.env_runner_group.sync_weights(
@@ -186,35 +171,29 @@ class Training:
                 monitor.offer_checkpoint(owner.steps, owner.save)
                 if not go_on:
                     return
-        owner.learning = state.learning(learner)
         self._report()
 
     def _check_runners(self, group: Any) -> None:
         """Log failed environment runners, and raise EnvironmentRunnerError if an environment caused the failure."""
         working = group.num_healthy_remote_workers()
         total = group.num_remote_workers()
-        if working == total:
-            if 0 <= self._working < working:
-                _log.warning("All %d environment runners work again.", total)
-            self._working = working
-            return
-        group.probe_unhealthy_env_runners()  # failed runners that still respond report the cause
-        _raise_problems(group, _PROBE)
-        if working != self._working:
-            _log.warning(
-                "%d of %d environment runners work. Ray restarts the failed runners as soon as possible.",
-                working,
-                total,
-            )
+        if working < total:
+            group.probe_unhealthy_env_runners()  # failed runners that still respond report the cause
+            _raise_problems(group, _PROBE)
+            if working != self._working:
+                message = "%d of %d environment runners work. Ray restarts the failed runners as soon as possible."
+                _log.warning(message, working, total)
+        elif 0 <= self._working < working:
+            _log.warning("All %d environment runners work again.", total)
         self._working = working
 
     def _take(self, results: dict[str, Any]) -> None:
         """Record the steps, episodes and metrics of an iteration."""
         sampled = results.get(ENV_RUNNER_RESULTS, {})
         self._owner.steps = self._first + int(sampled.get(NUM_ENV_STEPS_SAMPLED_LIFETIME, 0))
-        packed = sampled.get(EPISODES, [])
-        for item in packed if isinstance(packed, list) else [packed]:  # RLlib unpacks lists with one item
-            self._monitor.on_episodes(**item)
+        finished = sampled.get(EPISODES, [])
+        for item in finished if isinstance(finished, list) else [finished]:  # RLlib unpacks lists with one item
+            self._monitor.on_episodes(item.rewards, item.lengths, item.successes, item.terms)
         learned = results.get(LEARNER_RESULTS, {}).get(DEFAULT_MODULE_ID, {})
         for key, value in learned.items():
             known = isinstance(value, int | float | np.number) and not key.startswith(_UNINTERESTING)
@@ -231,21 +210,3 @@ def _raise_problems(group: Any, timeout: float) -> None:
     problems = group.foreach_env_runner(lambda runner: runner.problem, local_env_runner=False, timeout_seconds=timeout)
     for problem in filter(None, problems):
         raise EnvironmentRunnerError(problem)
-
-
-def _learner(algorithm: Any) -> Any:
-    learners: list[Any] = []
-    algorithm.learner_group.foreach_learner(lambda learner: learners.append(learner))
-    return learners[0]
-
-
-@contextmanager
-def _without_tracebacks() -> Iterator[None]:
-    """Hide RLlib's log entries about failed runners, because :class:`Training` logs each failure as a single line."""
-    logger = logging.getLogger("ray.rllib.utils.actor_manager")
-    before = logger.level
-    logger.setLevel(logging.CRITICAL)
-    try:
-        yield
-    finally:
-        logger.setLevel(before)

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from enum import StrEnum
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any, Literal
 
 from frobs_cli.errors import CommandLineError
+from frobs_cli.field_options import option
 from frobs_cli.formats import duration, number, percent
 from frobs_cli.options import Json
 from frobs_cli.output import only_json, print_json, print_line, print_note, print_table, print_title
-from frobs_train.cli.runner_options import JobCpus, JobMemory, RayAddress, RunnerName, open_runner
+from frobs_train.cli.picture_options import PictureOptions, RunFolders
+from frobs_train.cli.runner_options import RunnerChoice
 
 if TYPE_CHECKING:
     from frobs_train import Comparison, Run
@@ -22,89 +22,82 @@ if TYPE_CHECKING:
     from frobs_train.runners.runner import Runner
 
 
-class Metric(StrEnum):
-    """Metrics for comparing runs."""
+@dataclass(frozen=True, kw_only=True)
+class CompareOptions:
+    """Options of ``frobs compare``.
 
-    success = "success"
-    reward = "reward"
+    Attributes:
+        metric: Metric to compare.
+        threshold: Count the steps until the metric reaches this value.
+        picture: Also save a plot of the comparison as a PNG, PDF or SVG file.
+        csv: Also write the results of all groups and seeds to a CSV file.
+        markdown: Also write tables of the groups and the seeds to a Markdown file.
+        latex: Also write tables of the groups and the seeds to a LaTeX file.
+        episodes: First evaluate each run on N new episodes, and compare the results of these evaluations.
+    """
+
+    metric: Literal["success", "reward"] | None = option(
+        None, show_default="success if every environment reports it, else reward"
+    )
+    threshold: float | None = option(None, show_default="0.95 for success, none for reward")
+    picture: Path | None = option(None, name="plot", dir_okay=False)
+    csv: Path | None = option(None, dir_okay=False)
+    markdown: Path | None = option(None, dir_okay=False)
+    latex: Path | None = option(None, dir_okay=False)
+    episodes: int | None = option(None, name="evaluate", min=1)
 
 
 def compare(
-    runs: Annotated[
-        list[Path], typer.Argument(metavar="RUN...", show_default=False, help="Run folders that 'frobs train' wrote.")
-    ],
-    metric: Annotated[
-        Metric | None,
-        typer.Option(show_default="success if every environment reports it, else reward", help="Metric to compare."),
-    ] = None,
-    threshold: Annotated[
-        float | None,
-        typer.Option(
-            metavar="X",
-            show_default="0.95 for success, none for reward",
-            help="Count the steps until the metric reaches this value.",
-        ),
-    ] = None,
-    picture: Annotated[
-        Path | None,
-        typer.Option(
-            "--plot",
-            metavar="FILE",
-            dir_okay=False,
-            show_default=False,
-            help="Also save a plot of the comparison as a PNG file.",
-        ),
-    ] = None,
-    episodes: Annotated[
-        int | None,
-        typer.Option(
-            "--evaluate",
-            metavar="N",
-            min=1,
-            show_default=False,
-            help="First evaluate each run on N new episodes, and compare the results of these evaluations.",
-        ),
-    ] = None,
-    runner: RunnerName = "local",
-    ray_address: RayAddress = None,
-    cpus: JobCpus = None,
-    memory: JobMemory = None,
+    runs: RunFolders,
+    options: CompareOptions,
+    look: PictureOptions,
+    runner: RunnerChoice,
     json: Json = False,
 ) -> None:
     """Compare the final metric, the steps to a threshold and the training speed of runs across seeds.
 
     Runs that differ only in the seed form a group. For each group, the command shows the interquartile mean over its
     seeds with a 95 % bootstrap interval. For each pair of groups in the same environment, the command shows the
-    probability that a run of one group outperforms a run of the other group. Each environment has its own table.
+    probability that a run of one group outperforms a run of the other group. Each environment has its own table. Groups
+    with runs in every environment are also compared over all environments.
 
     Example:
-        $ frobs compare runs/frobs/Irb120Reach-v0/*
+        $ frobs compare runs/frobs/Irb120Reach-v0
         $ frobs compare runs/ppo_* runs/sac_* --plot comparison.png
         $ frobs compare runs/a runs/b --metric reward --json
+        $ frobs compare runs --latex table.tex --plot figure.pdf --size column
         $ frobs compare runs/frobs/*/* --evaluate 1000 --runner ray
     """
-    from frobs_train import Run, plot_comparison
     from frobs_train import compare as compare_runs
-    from frobs_train.runners.runner import LOCAL
+    from frobs_train import find_runs, plot_comparison, write_table
 
-    if episodes is None and runner != LOCAL:
+    episodes, picture = options.episodes, options.picture
+    if episodes is None and not runner.is_local:
         raise CommandLineError("--runner", "this option requires --evaluate N, because only evaluations run as jobs.")
-    chosen = open_runner(runner, ray_address, cpus, memory)
+    chosen = runner.open()
     with only_json(json):
-        opened = [Run.open(path) for path in runs]
+        opened = find_runs(runs)
         evaluations = None if episodes is None else _evaluate(opened, episodes, chosen)
         result = compare_runs(
-            opened, metric=None if metric is None else metric.value, threshold=threshold, evaluations=evaluations
+            opened,
+            metric=options.metric,
+            threshold=options.threshold,
+            evaluations=evaluations,
+            source=look.source,
+            over=look.over,
         )
-        drawn = None if picture is None else plot_comparison(result, picture)
+        written = [] if picture is None else [plot_comparison(result, picture, size=look.size)]
+        for ending, path in ((".csv", options.csv), (".md", options.markdown), (".tex", options.latex)):
+            written += [] if path is None else [write_table(result, path, ending)]
     if json:
-        print_json({**result.to_dict(), "picture": drawn})
+        print_json({**result.to_dict(), "picture": written[0] if picture is not None else None})
         return
     _print_groups(result)
     _print_rest(result)
-    if drawn is not None:
+    if written:
         print_line()
-        print_line(str(drawn))
+    for path in written:
+        print_line(str(path))
     for note in result.notes:
         print_note(note)
 
@@ -150,6 +143,20 @@ def _row(found: Comparison, group: Group) -> list[str]:
 
 
 def _print_rest(found: Comparison) -> None:
+    if found.aggregates:
+        print_line()
+        print_title("all environments")
+        rows = [
+            [
+                each.name,
+                str(each.environments),
+                str(each.runs),
+                _value(found, each.final.value),
+                _interval(found, each.final),
+            ]
+            for each in found.aggregates
+        ]
+        print_table(["group", "environments", "runs", found.metric, "95 % interval"], rows)
     if found.improvements:
         print_line()
         print_title("probability of improvement")

@@ -23,24 +23,15 @@ def describe_run(path: Path) -> dict[str, Any]:
     ``success``, ``reward`` and ``length`` come from the last log row that includes finished episodes.
     """
     from frobs_train import Run
-    from frobs_train.logs.progress import last_value, read_progress
+    from frobs_train.logs.progress import last_values
 
     run = Run.open(path)
-    log = path / "progress.csv"
-    columns = read_progress(log) if log.is_file() else {}
     pictures = (picture for ending in ("png", "mp4") for picture in path.rglob(f"*.{ending}"))
     return {
         "kind": "run",
         "name": str(run.path),
-        "environment": run.config.environment,
-        "environment_kwargs": run.config.environment_kwargs,
-        "algorithm": run.config.algorithm,
-        "seed": run.config.seed,
-        "steps": last_value(columns.get("train/steps", [])),
-        "seconds": last_value(columns.get("time/elapsed", [])),
-        "success": last_value(columns.get("episode/success", [])),
-        "reward": last_value(columns.get("episode/reward", [])),
-        "length": last_value(columns.get("episode/length", [])),
+        **{key: getattr(run.config, key) for key in ("environment", "environment_kwargs", "algorithm", "seed")},
+        **last_values(path),
         "checkpoints": [checkpoint.steps for checkpoint in run.checkpoints],
         "best": _best(run),
         "threads": _threads(path),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -11,19 +11,8 @@ from frobs_cli.facts import print_facts
 from frobs_cli.formats import number, percent
 from frobs_cli.options import CheckpointName, Json, LongestEpisode, Randomized, Seed, Simulator
 from frobs_cli.output import only_json, print_json, working
-from frobs_train.cli.opened import (
-    ModelAlgorithm,
-    ModelPath,
-    ModelSettings,
-    PolicyName,
-    Pretrained,
-    RunsOrIds,
-    Trust,
-    UsesExpert,
-    open_run,
-    policy_name,
-)
-from frobs_train.cli.runner_options import JobCpus, JobMemory, RayAddress, RunnerName, open_runner
+from frobs_train.cli.opened import PolicyChoice, RunsOrIds
+from frobs_train.cli.runner_options import RunnerChoice
 
 if TYPE_CHECKING:
     from frobs_train import Evaluation
@@ -33,23 +22,14 @@ _KINDS = {"pretrained": "trained policy", "expert": "expert"}
 
 def evaluate(
     runs: RunsOrIds,
-    policy: PolicyName = None,
-    pretrained: Pretrained = False,
-    expert: UsesExpert = False,
-    model: ModelPath = None,
-    algorithm: ModelAlgorithm = None,
-    settings: ModelSettings = None,
-    trust: Trust = False,
+    policy: PolicyChoice,
+    runner: RunnerChoice,
     episodes: Annotated[int, typer.Option(metavar="N", min=1, help="Number of episodes to run.")] = 1000,
     simulator: Simulator = None,
     randomized: Randomized = False,
     seed: Seed = None,
     checkpoint: CheckpointName = "newest",
     longest_episode: LongestEpisode = None,
-    runner: RunnerName = "local",
-    ray_address: RayAddress = None,
-    cpus: JobCpus = None,
-    memory: JobMemory = None,
     json: Json = False,
 ) -> None:
     """Measure the performance of a policy on episodes that were never used in training.
@@ -72,48 +52,39 @@ def evaluate(
     from frobs_train import evaluate as evaluate_run
     from frobs_train.cli.evaluate_runs import evaluate_and_report
     from frobs_train.runners.jobs import evaluation_job
-    from frobs_train.runners.runner import LOCAL
 
-    name = policy_name(policy, model, pretrained, expert)
-    chosen = open_runner(runner, ray_address, cpus, memory)
-    if len(runs) > 1 or runner != LOCAL:
+    name, model = policy.name, policy.model
+    chosen = runner.open()
+    options: dict[str, Any] = {
+        "simulator": simulator,
+        "randomize": randomized,
+        "seed": seed,
+        "checkpoint": checkpoint,
+        "longest_episode": longest_episode,
+    }
+    if len(runs) > 1 or not runner.is_local:
         if model is not None:
             raise CommandLineError(
                 "--model", "this option requires a single RUN, and cannot be combined with --runner."
             )
         with only_json(json):
             for each in runs:
-                open_run(each, name, None, algorithm, settings, trust)
+                policy.open(each)
         jobs = [
-            evaluation_job(
-                each,
-                name,
-                settings=settings or (),
-                trust=trust,
-                episodes=episodes,
-                simulator=simulator,
-                randomize=randomized,
-                seed=seed,
-                checkpoint=checkpoint,
-                longest_episode=longest_episode,
-            )
+            evaluation_job(each, name, settings=policy.settings or (), trust=policy.trust, episodes=episodes, **options)
             for each in dict.fromkeys(runs)
         ]
         evaluate_and_report(jobs, chosen, json=json)
         return
     [run] = runs
     with only_json(json):
-        opened = open_run(run, name, model, algorithm, settings, trust)
+        opened = policy.open(run)
         with working("evaluating") as show:
             result = evaluate_run(
                 opened,
                 episodes,
-                simulator=simulator,
-                randomize=randomized,
-                seed=seed,
-                checkpoint=checkpoint,
-                longest_episode=longest_episode,
                 on_progress=lambda done: show(f"evaluating: {done:,} of {episodes:,} episodes"),
+                **options,
             )
     if json:
         print_json({"run" if model is None else "model": model or opened.path, **result.to_dict()})

@@ -22,9 +22,6 @@ def evaluate_and_report(jobs: Sequence[Job], runner: Runner, *, json: bool) -> N
         jobs: Jobs created by :func:`frobs_train.runners.jobs.evaluation_job`.
         runner: Runner that runs the jobs.
         json: Whether to write only JSON to stdout.
-
-    Raises:
-        JobsError: An evaluation failed.
     """
     from frobs_train.runners.runner import raise_failures
 

@@ -3,17 +3,31 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from frobs_cli.errors import CommandLineError
 from frobs_cli.facts import print_facts
-from frobs_cli.options import CheckpointName, Json, RunFolder
+from frobs_cli.options import CheckpointName, Json
 from frobs_cli.output import only_json, print_json, working
+from frobs_core.util.errors import ConflictingOptionsError
+from frobs_train.cli.opened import Trust
+
+if TYPE_CHECKING:
+    from frobs_train.export.bundle_run import BundleRun
 
 
 def export(
-    run: RunFolder,
+    run: Annotated[
+        Path,
+        typer.Argument(
+            metavar="RUN",
+            show_default=False,
+            help="Run folder written by 'frobs train'. With --page, also a bundle, or an environment ID with "
+            "--pretrained.",
+        ),
+    ],
     format: Annotated[Literal["onnx"], typer.Option(help="File format of the network in the bundle.")] = "onnx",
     out: Annotated[
         Path | None,
@@ -30,6 +44,19 @@ def export(
             help="License of the policy: an SPDX identifier such as 'MIT', or a text file.",
         ),
     ] = None,
+    page: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER",
+            file_okay=False,
+            show_default="no page",
+            help="Folder in which to write a static web page, where physics and policy run in the visitor's browser.",
+        ),
+    ] = None,
+    pretrained: Annotated[
+        bool, typer.Option("--pretrained", help="Write the page of the trained policy that comes with an ID.")
+    ] = False,
+    trust: Trust = False,
     json: Json = False,
 ) -> None:
     """Export the policy of a run as a single file that needs only NumPy and onnxruntime to run.
@@ -38,18 +65,40 @@ def export(
     units, control rate, observation, limits and origin. The bundle is written only if the exported policy reproduces
     the actions of the trained policy.
 
+    With --page, the command also writes a static web page that needs no server of its own. A visitor can push the robot
+    and move the goal.
+
     Example:
         $ frobs export runs/first
         $ frobs export runs/first --license MIT --out reach.frobs
         $ python -m frobs_deploy reach.frobs
+        $ frobs export runs/first --page site
+        $ frobs export frobs/PandaPickAndPlace-v0 --pretrained --page site
     """
-    from frobs_deploy import Policy
+    from frobs_deploy import Policy, read_bundle
     from frobs_train import Run
+    from frobs_train.export.bundle_run import BundleRun
     from frobs_train.export.export import export as export_run
+    from frobs_train.export.pages import find_page_writer
 
+    write_page = None if page is None else find_page_writer()
+    if pretrained or run.is_file():
+        if write_page is None or page is None:
+            what = "--pretrained" if pretrained else str(run)
+            raise CommandLineError(what, "this policy is exported already; add --page FOLDER to write its page.")
+        given = {"--out": out, "--license": license, "--checkpoint": checkpoint != "newest" or None}
+        if unused := [flag for flag, value in given.items() if value is not None]:
+            raise ConflictingOptionsError(["--pretrained" if pretrained else str(run), *unused])
+        with only_json(json), working("writing the page"):
+            facts = write_page(_open_bundle(run, pretrained, trust), page)
+        _print_page(facts, json)
+        return
     with only_json(json), working("exporting"):
         bundle = export_run(Run.open(run), out, checkpoint=checkpoint, license=license)
         latency = Policy(bundle.path).bench()
+        facts = {}
+        if write_page is not None and page is not None:
+            facts = write_page(BundleRun(read_bundle(bundle.path), trust=True), page)
     if json:
         print_json(
             {
@@ -58,6 +107,7 @@ def export(
                 "format": format,
                 "export": bundle,
                 "latency": latency,
+                **({"page": facts} if facts else {}),
             }
         )
         return
@@ -70,5 +120,29 @@ def export(
             "difference": f"at most {bundle.max_difference:.1e} between the actions of the exported and the trained "
             f"policy on {bundle.observations} observations",
             "latency": str(latency),
+        }
+    )
+    if facts:
+        _print_page(facts, json)
+
+
+def _open_bundle(run: Path, pretrained: bool, trust: bool) -> BundleRun:
+    from frobs_deploy import read_bundle
+    from frobs_train.export.bundle_run import BundleRun, open_pretrained
+
+    return open_pretrained(str(run)) if pretrained else BundleRun(read_bundle(run), trust)
+
+
+def _print_page(facts: dict[str, Any], json: bool) -> None:
+    if json:
+        print_json({"page": facts})
+        return
+    folder = facts["folder"]
+    print_facts(
+        {
+            "name": str(folder),
+            "kind": "static page",
+            "size": f"{facts['bytes'] / 1e6:,.1f} MB in {facts['files']} files",
+            "try it": f"python -m http.server --directory {folder}",
         }
     )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from frobs_cli.formats import duration, percent
@@ -83,15 +82,13 @@ class JobsProgress:
             self._bars.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         """Stop the bars and leave them on the screen."""
         if self._bars is not None:
             self._bars.stop()
 
     def update(self, index: int, progress: Progress) -> None:
-        """Show the progress of a job."""
+        """Show the progress of the job ``index``."""
         self._running[index] = progress
         if self._bars is not None:
             done = min(1.0, progress.steps / progress.total_steps)

@@ -10,36 +10,16 @@ import typer
 from frobs_cli.options import CheckpointName, LongestEpisode, Randomized
 from frobs_cli.output import print_line, working
 from frobs_core.util.errors import ConflictingOptionsError, RenderingUnavailableError, RunError
-from frobs_train.cli.opened import (
-    ModelAlgorithm,
-    ModelPath,
-    ModelSettings,
-    PolicyName,
-    Pretrained,
-    RunOrId,
-    Trust,
-    UsesExpert,
-    open_run,
-    policy_name,
-)
+from frobs_train.cli.opened import PolicyChoice, RunOrId
 
 
 def play(
     run: RunOrId,
-    policy: PolicyName = None,
-    pretrained: Pretrained = False,
-    expert: UsesExpert = False,
-    model: ModelPath = None,
-    algorithm: ModelAlgorithm = None,
-    settings: ModelSettings = None,
-    trust: Trust = False,
+    policy: PolicyChoice,
     video: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE",
-            dir_okay=False,
-            show_default=False,
-            help="Write an MP4 video to this file instead of opening a window.",
+            metavar="FILE", dir_okay=False, help="Write an MP4 video to this file instead of opening a window."
         ),
     ] = None,
     viewer: Annotated[
@@ -65,13 +45,12 @@ def play(
         raise ConflictingOptionsError(["--video", "--viewer"])
     from frobs_train import record_video, view
 
-    name = policy_name(policy, model, pretrained, expert)
-    opened = open_run(run, name, model, algorithm, settings, trust)
+    opened = policy.open(run)
     if video is None:
         try:
             view(opened, randomized=randomized, checkpoint=checkpoint)
         except RenderingUnavailableError as error:
-            flag = f" --policy {name}" if name else ""
+            flag = f" --policy {policy.name}" if policy.name else ""
             raise RunError(f"{error} To record a video instead, run 'frobs play {run}{flag} --video FILE'.") from error
         return
     with working("recording") as show:

@@ -27,7 +27,6 @@ def resume(
         typer.Option(
             "--set",
             metavar="KEY=VALUE",
-            show_default=False,
             help="Setting to change for the rest of the run, such as keep_checkpoints=9 or "
             "environment_kwargs.tolerance=0.02. "
             "Repeatable.",

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from frobs_cli.field_options import option
 
 if TYPE_CHECKING:
     from frobs_train.runners.runner import Runner
@@ -28,28 +31,31 @@ RayAddress = Annotated[
     ),
 ]
 
-JobCpus = Annotated[
-    int | None,
-    typer.Option(
-        "--cpus", metavar="N", min=1, show_default="1", help="With --runner ray: number of processors per job."
-    ),
-]
 
-JobMemory = Annotated[
-    float | None,
-    typer.Option(
-        "--memory",
-        metavar="GB",
-        min=0.1,
-        show_default="estimated from the settings",
-        help="With --runner ray: memory to reserve for each job, in GB.",
-    ),
-]
+@dataclass(frozen=True, kw_only=True)
+class RunnerChoice:
+    """A runner, as chosen on the command line.
 
+    Attributes:
+        cpus: With --runner ray: number of processors per job.
+        memory: With --runner ray: memory to reserve for each job, in GB.
+    """
 
-def open_runner(name: str, address: str | None, cpus: int | None, memory: float | None) -> Runner:
-    """Return the runner selected by the command-line options."""
-    from frobs_train.runners.runner import RunnerOptions, load_runner
+    runner: RunnerName = "local"
+    ray_address: RayAddress = None
+    cpus: int | None = option(None, min=1, show_default="1")
+    memory: float | None = option(None, metavar="GB", min=0.1, show_default="estimated from the settings")
 
-    size = None if memory is None else int(memory * 1e9)
-    return load_runner(name, RunnerOptions(address=address, processors=cpus, memory=size))
+    @property
+    def is_local(self) -> bool:
+        """Whether the jobs run one after another in this process."""
+        from frobs_train.runners.runner import LOCAL
+
+        return self.runner == LOCAL
+
+    def open(self) -> Runner:
+        """Return the runner."""
+        from frobs_train.runners.runner import RunnerOptions, load_runner
+
+        size = None if self.memory is None else int(self.memory * 1e9)
+        return load_runner(self.runner, RunnerOptions(address=self.ray_address, processors=self.cpus, memory=size))

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from contextlib import nullcontext
+from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
 
-import typer
-
-from frobs_cli.options import Algorithm, Base, Controller, EnvId, Json, NumEnvs, Robot, Seed, Simulator, Tcp
+from frobs_cli.field_options import option
+from frobs_cli.options import EnvId, Json, Seed
 from frobs_cli.output import only_json, print_note
-from frobs_train.cli.runner_options import JobCpus, JobMemory, RayAddress, RunnerName, open_runner
-from frobs_train.cli.training_report import describe_training, report_training
+from frobs_core.util.errors import ConflictingOptionsError
+from frobs_train.cli.run_flags import RunFlags
+from frobs_train.cli.runner_options import RunnerChoice
+from frobs_train.cli.training_report import describe_fit, describe_training, report_training
+from frobs_train.cli.training_view import check_view, training_view
 
 
 class Service(StrEnum):
@@ -21,76 +25,35 @@ class Service(StrEnum):
     mlflow = "mlflow"
 
 
-def train(
-    env_id: EnvId,
-    algorithm: Algorithm = None,
-    config: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", exists=True, dir_okay=False, show_default=False, help="YAML file with settings."),
-    ] = None,
-    robot: Robot = None,
-    tcp: Tcp = None,
-    base: Base = None,
-    simulator: Simulator = None,
-    controller: Controller = None,
-    num_envs: NumEnvs = None,
-    steps: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N",
-            min=1,
-            show_default=False,
-            help="Total number of environment steps, summed over all environments.",
-        ),
-    ] = None,
-    seed: Seed = None,
-    seeds: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N",
-            min=1,
-            show_default=False,
-            help="Train N runs with the seeds S, S+1, …, where S is the value of --seed (default 0). --run-dir is then "
-            "the folder for all runs.",
-        ),
-    ] = None,
-    runner: RunnerName = "local",
-    ray_address: RayAddress = None,
-    cpus: JobCpus = None,
-    memory: JobMemory = None,
-    run_dir: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", show_default="runs/ID/…", help="Run folder to write."),
-    ] = None,
-    log: Annotated[
-        list[Service] | None,
-        typer.Option(
-            show_default=False,
-            metavar="SERVICE",
-            help="Also send the log to a service: wandb (Weights & Biases) or mlflow. The service's own environment "
-            "variables apply, such as WANDB_MODE or MLFLOW_TRACKING_URI. Repeatable.",
-        ),
-    ] = None,
-    on_existing: Annotated[
-        str,
-        typer.Option(
-            metavar="WHAT",
-            help="What to do if the run folder exists. error: stop with an error; increment: write DIR_2, DIR_3, …; "
-            "overwrite: delete the existing run; resume: continue the existing run if its settings are the same.",
-        ),
-    ] = "error",
-    settings: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="KEY=VALUE",
-            show_default=False,
-            help="Value for any setting, such as algorithm_config.gamma=0.95 or environment_kwargs.tolerance=0.02. "
-            "Repeatable.",
-        ),
-    ] = None,
-    json: Json = False,
-) -> None:
+@dataclass(frozen=True, kw_only=True)
+class TrainOptions:
+    """Options of ``frobs train``.
+
+    Attributes:
+        config: YAML file with settings.
+        seeds: Train N runs with the seeds S, S+1, …, where S is the value of --seed (default 0). --run-dir is then the
+            folder for all runs.
+        run_dir: Run folder to write.
+        log: Also send the log to a service: wandb (Weights & Biases) or mlflow. The service's own environment variables
+            apply, such as WANDB_MODE or MLFLOW_TRACKING_URI. Repeatable.
+        on_existing: What to do if the run folder exists. error: stop with an error; increment: write DIR_2, DIR_3, …;
+            overwrite: delete the existing run; resume: continue the existing run if its settings are the same.
+        view: Show the newest policy of the run in the browser while it learns, with 'frobs view' of frobs-view.
+        settings: Value for any setting, such as algorithm_config.gamma=0.95 or environment_kwargs.tolerance=0.02.
+            Repeatable.
+    """
+
+    config: Path | None = option(None, exists=True, dir_okay=False)
+    seed: Seed = None
+    seeds: int | None = option(None, min=1)
+    run_dir: Path | None = option(None, metavar="DIR", show_default="runs/ID/…")
+    log: Sequence[Service] = option((), metavar="SERVICE")
+    on_existing: str = option("error", metavar="WHAT")
+    view: bool = option(False)
+    settings: Sequence[str] = option((), name="set", metavar="KEY=VALUE")
+
+
+def train(env_id: EnvId, flags: RunFlags, options: TrainOptions, runner: RunnerChoice, json: Json = False) -> None:
     """Train a policy on any Gymnasium environment, and write one run folder with everything needed to use the policy.
 
     Omitted settings default to the values tuned for the ID, or else to the algorithm's defaults. Flags override the
@@ -111,32 +74,36 @@ def train(
     from frobs_train import train as train_run
     from frobs_train.cli.train_seeds import train_and_report
     from frobs_train.configuration.advice import advise_controller
-    from frobs_train.runners.runner import LOCAL
 
-    flags = {
-        "algorithm": algorithm,
-        "robot": robot,
-        "tcp": tcp,
-        "base": base,
-        "simulator": simulator,
-        "controller": controller,
-        "num_envs": num_envs,
-        "steps": steps,
-        "seed": seed,
-        "log": [service.value for service in log] if log else None,
-    }
+    chosen = {**asdict(flags), "seed": options.seed, "log": [service.value for service in options.log] or None}
     with only_json(json):
-        resolved = resolve_config(env_id, file=config, flags=flags, settings=settings or (), check_parts=True)
+        resolved = resolve_config(
+            env_id, file=options.config, flags=chosen, settings=options.settings, check_parts=True
+        )
     if advice := advise_controller(resolved):
         print_note(advice)
-    chosen = open_runner(runner, ray_address, cpus, memory)
-    if seeds is not None or runner != LOCAL:
-        train_and_report(resolved, seeds or 1, chosen, run_dir, on_existing, json=json)
+    for line in describe_fit(resolved):
+        print_note(line)
+    opened, on_existing = runner.open(), options.on_existing
+    if options.view:
+        _check_view(options, is_local=runner.is_local)
+    if options.seeds is not None or not runner.is_local:
+        train_and_report(resolved, options.seeds or 1, opened, options.run_dir, on_existing, json=json)
         return
-    folder = run_dir or default_run_dir(resolved)
-    report_training(
-        describe_training(resolved, "training", str(folder)),
-        resolved.steps,
-        lambda update: train_run(resolved, folder, update, on_existing=on_existing),
-        json=json,
-    )
+    folder = options.run_dir or default_run_dir(resolved)
+    with training_view(folder) if options.view else nullcontext():
+        report_training(
+            describe_training(resolved, "training", str(folder)),
+            resolved.steps,
+            lambda update: train_run(resolved, folder, update, on_existing=on_existing),
+            json=json,
+        )
+
+
+def _check_view(options: TrainOptions, *, is_local: bool) -> None:
+    """Check that the one run that will be trained can be shown."""
+    check_view()
+    if options.seeds is not None or not is_local:
+        raise ConflictingOptionsError(["--view", "--seeds or --runner"], "a view shows one run of this machine")
+    if options.on_existing == "increment":
+        raise ConflictingOptionsError(["--view", "--on-existing increment"], "choose another --run-dir instead")

@@ -27,9 +27,6 @@ def train_and_report(
         run_dir: See :func:`frobs_train.runners.seeds.train_seeds`.
         on_existing: See :func:`frobs_train.runners.seeds.train_seeds`.
         json: Whether to write only JSON to stdout.
-
-    Raises:
-        JobsError: The training run for one of the seeds failed.
     """
     from frobs_train.runners.runner import raise_failures
     from frobs_train.runners.seeds import train_seeds

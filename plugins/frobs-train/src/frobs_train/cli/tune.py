@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from enum import StrEnum
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,120 +11,30 @@ import typer
 
 from frobs_cli.facts import print_facts, text
 from frobs_cli.formats import duration
-from frobs_cli.options import Algorithm, Base, Controller, EnvId, Json, NumEnvs, Robot, Simulator, Tcp
-from frobs_cli.output import console, only_json, print_json, print_note, print_table, working
-from frobs_train.cli.compare import Metric
-from frobs_train.cli.runner_options import JobCpus, JobMemory, RayAddress, RunnerName, open_runner
+from frobs_cli.options import EnvId, Json
+from frobs_cli.output import console, only_json, print_json, print_line, print_note, print_table, working
+from frobs_train.cli.run_flags import RunFlags
+from frobs_train.cli.runner_options import RunnerChoice
+from frobs_train.tuning.search import Search
 
 if TYPE_CHECKING:
-    from frobs_train import Progress, Search, StudyResult, TrialResult
+    from frobs_train import Progress, StudyResult, TrialResult
     from frobs_train.runners.runner import Runner
 
 _SHOWN = 10
 """Maximum number of trials in the table."""
 
 
-class Sampler(StrEnum):
-    """Methods that choose settings."""
-
-    tpe = "tpe"
-    gp = "gp"
-    random = "random"
-
-
-class Pruner(StrEnum):
-    """Methods that stop unpromising trials."""
-
-    median = "median"
-    halving = "halving"
-    hyperband = "hyperband"
-    population = "population"
-    none = "none"
-
-
 def tune(
     env_id: EnvId,
-    trials: Annotated[
-        int,
-        typer.Option(metavar="N", min=1, help="Total number of trials in the study, including earlier ones."),
-    ] = 50,
-    algorithm: Algorithm = None,
-    space: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            exists=True,
-            dir_okay=False,
-            show_default="the algorithm's search space",
-            help="YAML file with the search space.",
-        ),
-    ] = None,
-    config: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            exists=True,
-            dir_okay=False,
-            show_default=False,
-            help="YAML file with settings for every trial.",
-        ),
-    ] = None,
-    robot: Robot = None,
-    tcp: Tcp = None,
-    base: Base = None,
-    simulator: Simulator = None,
-    controller: Controller = None,
-    num_envs: NumEnvs = None,
-    steps: Annotated[
-        int | None,
-        typer.Option(metavar="N", min=1, show_default=False, help="Number of environment steps in each run."),
-    ] = None,
-    seeds: Annotated[
-        int, typer.Option(metavar="N", min=1, help="Number of runs per trial, each with its own seed.")
-    ] = 1,
+    flags: RunFlags,
+    search: Search,
+    runner: RunnerChoice,
     seed: Annotated[int, typer.Option(metavar="S", min=0, help="Seed of the first run of each trial.")] = 0,
-    episodes: Annotated[
-        int, typer.Option(metavar="N", min=1, help="Number of evaluation episodes at the end of each run.")
-    ] = 200,
-    metric: Annotated[
-        Metric | None,
-        typer.Option(show_default="success if the environment reports it, else reward", help="Metric to maximize."),
-    ] = None,
-    sampler: Annotated[Sampler, typer.Option(help="Method that chooses the settings of each trial.")] = Sampler.tpe,
-    pruner: Annotated[
-        Pruner,
-        typer.Option(
-            help="Method that stops unpromising trials early. population replaces them with variants of better trials; "
-            "it requires --runner ray."
-        ),
-    ] = Pruner.median,
-    runner: RunnerName = "local",
-    ray_address: RayAddress = None,
-    cpus: JobCpus = None,
-    memory: JobMemory = None,
-    study_dir: Annotated[
+    report: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", show_default="studies/ID/ALGORITHM", help="Folder for the runs and best.yaml."),
-    ] = None,
-    storage: Annotated[
-        str | None,
         typer.Option(
-            metavar="URL",
-            show_default="study.db in the --study-dir folder",
-            help="Storage of the study: any storage URL that Optuna accepts.",
-        ),
-    ] = None,
-    name: Annotated[
-        str | None, typer.Option(metavar="NAME", show_default="ID/ALGORITHM", help="Name of the study in the storage.")
-    ] = None,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="KEY=VALUE",
-            show_default=False,
-            help="Fixed value for any setting, in the same form as for 'frobs train'. Fixed settings are not "
-            "searched. Repeatable.",
+            metavar="FILE", dir_okay=False, help="Also plot the importance of each setting and the value over it."
         ),
     ] = None,
     json: Json = False,
@@ -132,8 +42,8 @@ def tune(
     """Search for better training settings.
 
     Each trial trains one run per seed and is scored by evaluating these runs. The best settings are written to a file
-    that 'frobs train --config' accepts. Run the same command again to continue an interrupted study, or to join a study
-    that another process is running.
+    that 'frobs train --config' accepts. If all trials have the same success, such as 0, the reward decides. Run the same
+    command again to continue an interrupted study, or to join a study that another process is running.
 
     Example:
         $ frobs tune frobs/Irb120Reach-v0 --trials 50 --steps 100_000
@@ -144,45 +54,23 @@ def tune(
     from frobs_core.plugins.registry import find_spec
 
     find_spec(env_id)
-    from frobs_train import Search
-
-    flags = {
-        "algorithm": algorithm,
-        "robot": robot,
-        "tcp": tcp,
-        "base": base,
-        "simulator": simulator,
-        "controller": controller,
-        "num_envs": num_envs,
-        "steps": steps,
-        "seed": seed,
-    }
-    search = Search(
-        environment=env_id,
-        trials=trials,
-        file=config,
-        flags=flags,
-        settings=tuple(settings or ()),
-        space=space,
-        folder=study_dir,
-        storage=storage,
-        name=name,
-        seeds=seeds,
-        episodes=episodes,
-        metric=None if metric is None else metric.value,
-        sampler=sampler.value,
-        pruner=pruner.value,
-    )
-    chosen = open_runner(runner, ray_address, cpus, memory)
+    search = replace(search, environment=env_id, flags={**asdict(flags), "seed": seed})
+    chosen = runner.open()
     with only_json(json):
         try:
             study = _watched(search, chosen)
         except KeyboardInterrupt:
             raise KeyboardInterrupt("run the same command again to continue the study") from None
+        if report is not None:
+            from frobs_train.plots.plot_search import plot_search
+
+            plot_search(study, report)
     if json:
-        print_json(study.to_dict())
-    else:
-        _print(study, env_id)
+        print_json({**study.to_dict(), "report": report})
+        return
+    _print(study, env_id)
+    if report is not None:
+        print_line(str(report))
 
 
 def _watched(search: Search, runner: Runner) -> StudyResult:
@@ -221,6 +109,11 @@ def _print(found: StudyResult, env_id: str) -> None:
         "next": None if best is None else f"frobs train {env_id} --config {found.best_config}",
     }
     print_facts(facts)
+    if found.tied and best is not None:
+        print_note(
+            f"All complete trials have the same success, {best.value:.4g}, so the best one has the highest reward; "
+            "search with --metric reward, with more steps, or with an easier task."
+        )
     ranked = sorted(found.trials, key=lambda trial: (trial.state != "complete", -(trial.value or 0.0)))
     keys = list(dict.fromkeys(key for trial in ranked for key in trial.settings))
     if ranked:

@@ -12,9 +12,18 @@ from typing import Any, Literal
 import numpy as np
 
 from frobs_core.util.errors import ParameterValueError, RunError
-from frobs_train.comparison.confidence import Estimate, estimate, probability_of_improvement
+from frobs_train.comparison.confidence import LEAST_RUNS, Estimate, estimate, probability_of_improvement, profile
 from frobs_train.comparison.groups import group_runs
-from frobs_train.comparison.scores import Curve, RunScore, curve_of, has_success, score_run
+from frobs_train.comparison.scores import (
+    Curve,
+    CurveAxis,
+    CurveSource,
+    RunScore,
+    curve_of,
+    curve_source,
+    has_success,
+    score_run,
+)
 from frobs_train.logs.progress import read_columns
 from frobs_train.runs.run import Run
 
@@ -43,6 +52,18 @@ class Group:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Aggregate:
+    """Success over all environments of the groups with the same name, which have runs in each of them."""
+
+    name: str
+    algorithm: str
+    environments: int
+    runs: int
+    final: Estimate  # interquartile mean over all runs, with a bootstrap stratified by environment
+    profile: Curve  # fraction of the runs whose success is above x
+
+
+@dataclass(frozen=True, kw_only=True)
 class Improvement:
     """Probability that a run of the first group outperforms a run of the second group. Ties count as one half."""
 
@@ -59,16 +80,22 @@ class Comparison:
         metric: ``"success"`` or ``"reward"``.
         threshold: Target value of the metric, or None. The comparison includes the number of environment steps that
             each run needs to reach this value.
+        source: What the learning curves show: ``"evaluation"`` or ``"training"``.
+        over: What the learning curves are drawn over: ``"steps"`` or ``"time"`` [s].
         groups: Groups, ordered by environment and then from best to worst.
         improvements: Probability of improvement for each pair of groups in the same environment, with the better group
             first.
+        aggregates: Results over all environments, best first, if there are several and the metric is success.
         notes: Caveats about the numbers, for example unfinished runs or runs without an evaluation.
     """
 
     metric: Metric
     threshold: float | None
+    source: CurveSource
+    over: CurveAxis
     groups: tuple[Group, ...]
     improvements: tuple[Improvement, ...]
+    aggregates: tuple[Aggregate, ...]
     notes: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
@@ -79,6 +106,8 @@ class Comparison:
         content = asdict(self)
         for group in content["groups"]:
             del group["curve"]
+        for aggregate in content["aggregates"]:
+            del aggregate["profile"]
         return content
 
 
@@ -88,12 +117,15 @@ def compare(
     metric: Metric | None = None,
     threshold: float | None = None,
     evaluations: Mapping[Path, Mapping[str, Any]] | None = None,
+    source: CurveSource | None = None,
+    over: CurveAxis = "steps",
 ) -> Comparison:
     """Compare groups of runs that share environment, algorithm and all settings except the seed.
 
     The result of a run is taken from its newest evaluation. If there is no evaluation, the result is the mean over the
     last tenth of training. Confidence intervals are 95 % stratified bootstrap intervals with a fixed random seed.
-    Environments are compared separately, because averaging success over different tasks is not meaningful.
+    Environments are compared separately. Groups with the same name and runs in every environment are also compared over
+    all environments.
 
     Args:
         runs: One or more runs to compare.
@@ -102,9 +134,13 @@ def compare(
             needs to reach this value. Defaults to 0.95 for success and to no threshold for reward.
         evaluations: Mapping from run folders to the fields of an :class:`frobs_train.Evaluation`, used instead of each
             run's newest evaluation.
+        source: What the learning curves show. Defaults to evaluations during training, or if a run has none, to the
+            episodes of training, in which the policy explores.
+        over: What the learning curves are drawn over: environment steps, or the time of training [s].
 
     Raises:
-        RunError: No runs are given, a run has no log yet, or the metric is success but a run does not report success.
+        RunError: No runs are given, a run has no log yet, the metric is success but a run does not report success, or
+            the source is evaluations but a run has none.
         ConfigurationError: The threshold is not finite.
     """
     if not runs:
@@ -122,21 +158,25 @@ def compare(
     chosen: Metric = metric or ("reward" if blind else "success")
     if threshold is None and chosen == "success":
         threshold = 0.95
+    source = curve_source(columns, chosen, source)
     groups = []
     for label, members in group_runs(opened).items():
         scores = tuple(
-            score_run(run, columns[run.path], chosen, threshold, chosen_evaluations.get(run.path.resolve()))
+            score_run(run, columns[run.path], chosen, threshold, source, chosen_evaluations.get(run.path.resolve()))
             for run in members
         )
-        curve = curve_of([columns[run.path] for run in members], chosen)
+        curve = curve_of([columns[run.path] for run in members], chosen, source, over)
         groups.append(_group(label, members[0], scores, curve, threshold))
     environments = list(dict.fromkeys(group.environment for group in groups))
     groups.sort(key=lambda group: (environments.index(group.environment), -group.final.value))
     return Comparison(
         metric=chosen,
         threshold=threshold,
+        source=source,
+        over=over,
         groups=tuple(groups),
         improvements=_improvements(groups),
+        aggregates=_aggregates(groups) if chosen == "success" else (),
         notes=tuple(_notes(groups, len(runs) - len(opened), len(blind) if metric is None else 0, len(opened))),
     )
 
@@ -170,6 +210,33 @@ def _improvements(groups: Sequence[Group]) -> tuple[Improvement, ...]:
     )
 
 
+def _aggregates(groups: Sequence[Group]) -> tuple[Aggregate, ...]:
+    environments = {group.environment for group in groups}
+    if len(environments) < 2:
+        return ()
+    named: dict[str, list[Group]] = {}
+    for group in groups:
+        named.setdefault(group.name, []).append(group)
+    thresholds = np.linspace(0.0, 1.0, 101)
+    found = []
+    for name, members in named.items():
+        if len(members) != len(environments):
+            continue
+        strata = [_finals(group) for group in members]
+        middle, low, high = profile(strata, thresholds)
+        found.append(
+            Aggregate(
+                name=name,
+                algorithm=members[0].algorithm,
+                environments=len(members),
+                runs=sum(map(len, strata)),
+                final=estimate(strata),
+                profile=Curve(x=thresholds, middle=middle, low=low, high=high),
+            )
+        )
+    return tuple(sorted(found, key=lambda aggregate: -aggregate.final.value))
+
+
 def _finals(group: Group) -> np.ndarray[Any, np.dtype[np.float64]]:
     return np.array([score.final for score in group.runs])
 
@@ -182,11 +249,15 @@ def _notes(groups: Sequence[Group], repeated: int, blind: int, count: int) -> li
     if 0 < blind < count:
         notes.append(f"Success is not reported by {blind} of {count} runs, so all runs are compared by their reward.")
     for group in groups:
-        if len(group.runs) < 3:
+        if len(group.runs) < LEAST_RUNS:
             seeds = f"{len(group.runs)} seed{'s' if len(group.runs) > 1 else ''}"
             notes.append(f"{group.label} has only {seeds}; use at least three seeds before you trust a difference.")
+        elif len({score.final for score in group.runs}) == 1:
+            notes.append(f"{group.label}: all seeds have the same result, so there is no interval.")
         if len({score.seed for score in group.runs}) < len(group.runs):
             notes.append(f"{group.label}: several runs have the same seed, so they are not independent samples.")
+    if any(LEAST_RUNS <= len(group.runs) < 4 for group in groups):
+        notes.append("The interquartile mean of three seeds is their mean, and its interval is rough.")
     for score in scores:
         if score.steps < score.total_steps:
             notes.append(f"{score.run} is unfinished: {score.steps:,} of {score.total_steps:,} steps.")

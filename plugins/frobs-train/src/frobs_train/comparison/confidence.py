@@ -14,6 +14,9 @@ RESAMPLES = 10_000
 width.
 """
 
+LEAST_RUNS = 3
+"""Number of runs below which no interval is given."""
+
 _SEED = 0
 _BLOCK = 2_000_000  # random numbers drawn at once
 _LEVELS = (2.5, 97.5)  # percentiles that bound a 95 % interval
@@ -21,7 +24,10 @@ _LEVELS = (2.5, 97.5)  # percentiles that bound a 95 % interval
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value with its 95 % confidence interval, whose bounds are None for a single run."""
+    """A value with its 95 % confidence interval.
+
+    The bounds are None if there is no interval: with fewer than three runs, or if all runs have the same result.
+    """
 
     value: float
     low: float | None
@@ -68,14 +74,37 @@ def band(curves: Floats) -> tuple[Floats, Floats, Floats]:
     return interquartile_mean(curves, axis=0), low, high
 
 
+def profile(strata: Sequence[Floats], thresholds: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return a performance profile: the fraction of runs whose result is above each threshold.
+
+    Args:
+        strata: Results of the runs of each environment.
+        thresholds: (points,)
+
+    Returns:
+        The fraction, and the bounds of its 95 % stratified bootstrap interval, (points,) each.
+    """
+    arrays = [np.asarray(stratum, np.float64) for stratum in strata]
+    above = [(array[:, None] > thresholds).astype(np.float64) for array in arrays]
+    rng = np.random.default_rng(_SEED)
+    count = sum(map(len, arrays))
+    total = np.zeros((RESAMPLES // 5, len(thresholds)))
+    for rows in above:
+        drawn = rng.integers(len(rows), size=(len(total), len(rows)))
+        for column in range(len(rows)):
+            total += rows[drawn[:, column]]
+    low, high = np.percentile(total / count, _LEVELS, axis=0)
+    return np.concatenate(above).mean(axis=0), low, high
+
+
 def _bootstrap(groups: Sequence[Floats], statistic: Callable[[list[Floats]], Floats]) -> Estimate:
     arrays = [np.asarray(group, np.float64) for group in groups]
     value = float(statistic(arrays))
-    if max(len(array) for array in arrays) < 2:
+    if max(len(array) for array in arrays) < LEAST_RUNS:
         return Estimate(value, None, None)
     drawn = np.concatenate([statistic(resampled) for resampled in _resamples(arrays)])
     low, high = np.percentile(drawn, _LEVELS)
-    return Estimate(value, float(low), float(high))
+    return Estimate(value, float(low), float(high)) if low < high else Estimate(value, None, None)
 
 
 def _resamples(arrays: Sequence[Floats]) -> Iterator[list[Floats]]:

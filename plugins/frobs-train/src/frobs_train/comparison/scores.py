@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -15,7 +15,15 @@ from frobs_train.comparison.confidence import band
 from frobs_train.logs.progress import STEPS, smooth
 from frobs_train.runs.run import Run
 
+CurveSource: TypeAlias = Literal["evaluation", "training"]
+"""What a learning curve shows: evaluations, or episodes of the training run, in which the policy explores."""
+
+CurveAxis: TypeAlias = Literal["steps", "time"]
+"""What a learning curve is drawn over: environment steps, or the time of training [s]."""
+
 _KEYS = {"success": "success_rate", "reward": "mean_reward"}
+_PREFIXES: Mapping[CurveSource, str] = {"evaluation": "evaluation", "training": "episode"}
+_AXES: Mapping[CurveAxis, str] = {"steps": STEPS, "time": "time/elapsed"}
 _LAST_PART = 0.1
 _POINTS = 200
 
@@ -34,19 +42,39 @@ class RunScore:
     evaluated_steps: int | None  # steps at the time of the evaluation, or None if not evaluated
     steps: int
     total_steps: int
-    steps_to_threshold: float | None  # based on the smoothed metric; None if the threshold is never reached
+    steps_to_threshold: float | None  # read from the learning curve; None if the threshold is never reached
     seconds: float  # training time [s]
     steps_per_second: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class Curve:
-    """Learning curve of a metric over environment steps, with its 95 % interval. All arrays have shape (points,)."""
+    """Learning curve of a metric, with its 95 % interval. All arrays have shape (points,)."""
 
-    steps: Floats
+    x: Floats  # environment steps, or time of training [s]
     middle: Floats
     low: Floats
     high: Floats
+
+
+def curve_source(logs: Mapping[Path, Columns], metric: str, source: CurveSource | None = None) -> CurveSource:
+    """Return what the learning curves of runs show: evaluations if every run has them, unless a source is given.
+
+    Args:
+        logs: Log of each run, by run folder.
+        metric: ``"success"`` or ``"reward"``.
+        source: What they shall show, or None.
+
+    Raises:
+        RunError: The source is evaluations, but a run has none.
+    """
+    name = f"evaluation/{metric}"
+    without = [path for path, columns in logs.items() if not np.isfinite(columns.get(name, np.array([]))).any()]
+    if source == "evaluation" and without:
+        raise RunError(
+            f"{without[0]} was not evaluated during training; train with evaluate_every, or choose the training curve."
+        )
+    return source or ("training" if without else "evaluation")
 
 
 def has_success(run: Run, columns: Columns) -> bool:
@@ -56,7 +84,12 @@ def has_success(run: Run, columns: Columns) -> bool:
 
 
 def score_run(
-    run: Run, columns: Columns, metric: str, threshold: float | None, found: Mapping[str, Any] | None = None
+    run: Run,
+    columns: Columns,
+    metric: str,
+    threshold: float | None,
+    source: CurveSource,
+    found: Mapping[str, Any] | None = None,
 ) -> RunScore:
     """Return the result of a run, taken from an evaluation or from the log.
 
@@ -66,10 +99,8 @@ def score_run(
         metric: ``"success"`` or ``"reward"``.
         threshold: Target value of the metric, or None. The result includes the number of environment steps that the run
             needs to reach this value.
+        source: Learning curve from which these steps are read.
         found: Fields of the evaluation from which the result is taken. Defaults to the newest evaluation.
-
-    Raises:
-        RunError: The run has no evaluation, and no episode has ended yet.
     """
     assert run.config.seed is not None
     if found is None:
@@ -89,23 +120,47 @@ def score_run(
         evaluated_steps=None if evaluation is None else evaluation[0],
         steps=int(steps[-1]),
         total_steps=run.config.steps,
-        steps_to_threshold=None if threshold is None else _first_at(columns, values, threshold),
+        steps_to_threshold=None
+        if threshold is None
+        else _first_at(*curve_values(columns, curve_column(metric, source)), threshold),
         seconds=seconds,
         steps_per_second=float(steps[-1]) / seconds if seconds > 0 else 0.0,
     )
 
 
-def curve_of(logs: Sequence[Columns], metric: str) -> Curve:
-    """Return the learning curve over all seeds, up to the last step that every seed has reached."""
-    smoothed = [_smoothed(columns, metric) for columns in logs]
-    known = [(steps, values) for steps, values in smoothed if len(steps)]
+def curve_of(logs: Sequence[Columns], metric: str, source: CurveSource, over: CurveAxis = "steps") -> Curve:
+    """Return the learning curve over all seeds, up to the last point that every seed has reached."""
+    known = [
+        (x, values) for x, values in (curve_values(log, curve_column(metric, source), over) for log in logs) if len(x)
+    ]
     if not known:
         nothing = np.array([])
-        return Curve(steps=nothing, middle=nothing, low=nothing, high=nothing)
-    start, end = max(steps[0] for steps, _ in known), min(steps[-1] for steps, _ in known)
+        return Curve(x=nothing, middle=nothing, low=nothing, high=nothing)
+    start, end = max(x[0] for x, _ in known), min(x[-1] for x, _ in known)
     grid = np.linspace(min(start, end), end, _POINTS)
-    middle, low, high = band(np.stack([np.interp(grid, steps, values) for steps, values in known]))
-    return Curve(steps=grid, middle=middle, low=low, high=high)
+    middle, low, high = band(np.stack([np.interp(grid, x, values) for x, values in known]))
+    return Curve(x=grid, middle=middle, low=low, high=high)
+
+
+def curve_column(metric: str, source: CurveSource) -> str:
+    """Return the name of the column with the values of a learning curve."""
+    return f"{_PREFIXES[source]}/{metric}"
+
+
+def curve_values(columns: Columns, name: str, over: CurveAxis = "steps") -> tuple[Floats, Floats]:
+    """Return a learning curve of one run: x and y, (points,) each. Values of training are smoothed.
+
+    Args:
+        columns: Log of the run.
+        name: Name of the column with the values.
+        over: What the curve is drawn over.
+    """
+    missing = np.full(len(columns[STEPS]), np.nan)
+    x, values = columns.get(_AXES[over], missing), columns.get(name, missing)
+    if not name.startswith("evaluation/"):
+        values = smooth(values, columns.get("episode/count", np.ones(len(values))))
+    known = np.isfinite(values) & np.isfinite(x)
+    return x[known], values[known]
 
 
 def _newest_evaluation(run: Run, columns: Columns, metric: str) -> tuple[int, float] | None:
@@ -143,16 +198,6 @@ def _last_part(columns: Columns, values: Floats) -> float:
     return float(np.average(values[chosen], weights=weights if weights.any() else None))
 
 
-def _smoothed(columns: Columns, metric: str) -> tuple[Floats, Floats]:
-    """Return the step counts and the smoothed values of a metric, omitting log rows without a value."""
-    steps = columns[STEPS]
-    values = columns.get(f"episode/{metric}", np.full(len(steps), np.nan))
-    smoothed = smooth(values, columns.get("episode/count", np.ones(len(steps))))
-    known = np.isfinite(smoothed)
-    return steps[known], smoothed[known]
-
-
-def _first_at(columns: Columns, values: Floats, threshold: float) -> float | None:
-    smoothed = smooth(values, columns.get("episode/count", np.ones(len(values))))
-    above = np.flatnonzero(smoothed >= threshold)
-    return float(columns[STEPS][above[0]]) if len(above) else None
+def _first_at(steps: Floats, values: Floats, threshold: float) -> float | None:
+    above = np.flatnonzero(values >= threshold)
+    return float(steps[above[0]]) if len(above) else None

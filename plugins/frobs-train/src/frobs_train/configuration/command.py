@@ -9,7 +9,7 @@ from frobs_core.util.errors import FrobsError
 from frobs_train.configuration.config import RunConfig, differences
 from frobs_train.configuration.resolve import resolve_config, write_setting
 
-_OF_THE_ENVIRONMENT = ("robot", "tcp", "base", "simulator", "controller")
+_OF_THE_ENVIRONMENT = ("robot", "attach", "tcp", "base", "simulator", "controller", "object")
 _FLAGS = ("num_envs", "steps")
 
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import gymnasium as gym
 
-from frobs_core.util.errors import ConfigFileError, ConfigurationError, FrobsError, UnknownParameterError, nearest
-from frobs_core.util.yaml import find_origin
+from frobs_core.util.errors import ConfigurationError, FrobsError, UnknownParameterError, nearest
+from frobs_core.util.validation import located
 from frobs_train.errors import ComponentError
 
 if TYPE_CHECKING:
@@ -70,8 +70,7 @@ def check_components(components: Sequence[ComponentConfig], written: Any, what: 
                 if taken is not None and key not in taken:
                     raise UnknownParameterError(f"{what} '{component.name}'", key, taken)
         except ConfigurationError as error:
-            origin = find_origin({f"{what}s": written}, [f"{what}s", index, key])
-            raise (ConfigFileError(*origin, str(error)) if origin else error) from None
+            raise located(error, {f"{what}s": written}, [f"{what}s", index, key]) from None
 
 
 def build_component(factory: Any, args: Sequence[Any], component: ComponentConfig, what: str) -> Any:

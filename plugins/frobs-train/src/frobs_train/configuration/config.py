@@ -9,8 +9,8 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from frobs_core.plugins import get_record
 from frobs_core.plugins.records import AlgorithmRecord
-from frobs_core.util.errors import ConfigFileError, ConfigurationError, UnknownParameterError
-from frobs_core.util.yaml import find_origin
+from frobs_core.util.errors import ConfigurationError, UnknownParameterError
+from frobs_core.util.validation import located, plain_settings
 
 OWNER = "the run configuration"
 """Name of the configuration in error messages."""
@@ -168,9 +168,6 @@ def algorithm_record(name: str) -> AlgorithmRecord:
 def resolve_algorithm_config(record: AlgorithmRecord, settings: Mapping[str, Any]) -> dict[str, Any]:
     """Check the settings of an algorithm and add default values. Complete settings are returned unchanged."""
     try:
-        return dict(record.load().resolve_config(settings))
+        return plain_settings(record.load().resolve_config(settings))
     except UnknownParameterError as error:  # add the file and line, which the algorithm does not report
-        origin = find_origin(settings, [error.name])
-        if origin is None:
-            raise
-        raise ConfigFileError(*origin, str(error)) from None
+        raise located(error, settings, [error.name]) from None

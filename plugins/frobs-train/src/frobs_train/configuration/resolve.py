@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any, cast
 
 from frobs_cli.errors import CommandLineError
+from frobs_cli.model_options import ROBOT_FLAGS
+from frobs_core.kernel.robot_file import absolute_files
 from frobs_core.plugins.records import AlgorithmRecord
 from frobs_core.sensing.randomization import read_settings
 from frobs_core.util.errors import (
@@ -24,7 +26,7 @@ from frobs_core.util.yaml import ConfigMapping, find_origin, load_yaml_text, loa
 from frobs_train.configuration.components import check_components
 from frobs_train.configuration.config import OWNER, RunConfig, algorithm_record, resolve_algorithm_config
 from frobs_train.configuration.other_layouts import read_config_file
-from frobs_train.environments import check_environment
+from frobs_train.environments import check_environment, with_fixed_keywords
 
 _QUOTED_NUMBER = r'"(-?\.inf|\.nan)"'
 
@@ -47,14 +49,17 @@ def resolve_config(
     Args:
         environment: Gymnasium ID. Defaults to the ID in the file.
         file: YAML file with the keys of :class:`RunConfig`.
-        flags: Mapping from keys of :class:`RunConfig` to values. The keys ``robot``, ``tcp``, ``base``, ``simulator``
-            and ``controller`` of ``environment_kwargs`` are also accepted. Values of None are ignored.
+        flags: Mapping from keys of :class:`RunConfig` to values. The keys ``robot``, ``tcp``, ``gripper``, ``attach``,
+            ``base``, ``simulator``, ``controller``, ``object``, ``object_mass`` and ``object_scale`` of
+            ``environment_kwargs`` are also accepted. Values of None are ignored.
         settings: Assignments of YAML values to dotted keys, such as ``"algorithm_config.n_steps=16"``.
         check_parts: Whether to check the names and keywords of the environment's parts first, because importing the
             algorithm's library may take many seconds.
 
     Returns:
-        The configuration, including all defaults of the algorithm.
+        The configuration, including all defaults of the algorithm. If the robot is a model file,
+        ``environment_kwargs`` contains the gripper that was found and the settings that were fitted to the robot, so
+        that all later uses of the run have the same environment.
 
     Raises:
         UnknownNameError: No algorithm has this name.
@@ -75,6 +80,8 @@ def resolve_config(
     controller = _environment_kwargs(given).get("controller")
     merged = merge(*_with_section(tuned, controller), *_with_section(from_file, controller), from_flags, from_settings)
     config = check_config(merged)
+    kwargs = with_fixed_keywords(config.environment, config.environment_kwargs)
+    config = config.model_copy(update={"environment_kwargs": kwargs})
     if check_parts:
         check_environment(config.environment, config.keywords())  # before the algorithm's library is imported
     own = _with_threads(merged.get("algorithm_config", {}), config.threads.torch)
@@ -82,11 +89,7 @@ def resolve_config(
 
 
 def check_config(merged: Mapping[str, Any]) -> RunConfig:
-    """Validate merged settings, except the algorithm's settings, and return the configuration.
-
-    Raises:
-        ConfigurationError: A key is unknown, or a value is invalid.
-    """
+    """Validate merged settings, except the algorithm's settings, and return the configuration."""
     config = validate(RunConfig, merged, OWNER)
     _check_randomize(merged)
     _check_stop(config)
@@ -148,16 +151,21 @@ def _from_flags(environment: str | None, flags: Mapping[str, Any]) -> dict[str, 
     given = {key: value for key, value in flags.items() if value is not None}
     if environment is not None:
         given["environment"] = environment
-    if Path(str(given.get("robot", ""))).is_file():  # the configuration must not depend on the working directory
-        given["robot"] = str(Path(given["robot"]).resolve())
-    for name in ("robot", "tcp", "base", "simulator", "controller"):
+    given = absolute_files(given)  # the configuration must not depend on the working directory
+    if given.get("gripper"):
+        given["gripper"] = {"joints": given["gripper"].split(",")}  # so that it can be merged with other settings
+    for name in (*ROBOT_FLAGS, "base", "simulator", "controller", "object", "object_mass", "object_scale"):
         if name in given:
             given["environment_kwargs"] = {**given.get("environment_kwargs", {}), name: given.pop(name)}
     return given
 
 
 def read_setting(setting: str) -> dict[str, Any]:
-    """Parse ``key=value`` or ``section.key=value``, with a YAML value, into nested mappings."""
+    """Parse a ``setting`` such as ``section.key=value``, with a YAML value, into nested mappings.
+
+    Raises:
+        CommandLineError: The setting does not have this form.
+    """
     path, equals, text = setting.partition("=")
     keys = path.strip().split(".")
     if not equals or not all(keys):

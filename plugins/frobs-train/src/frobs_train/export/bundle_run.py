@@ -25,8 +25,18 @@ from frobs_train.runs.run import Run
 class BundleRun(Run):
     """A policy bundle with the interface of a run. ``path`` is the bundle file.
 
-    Unless ``trust`` is True, UntrustedFileError is raised if building the environment would load a file, a module, or a
-    wrapper that is not listed in :mod:`frobs_train.export.untrusted`.
+    Args:
+        bundle: Content of the bundle file.
+        trust: Whether building the environment may load files, modules, and wrappers that are not listed in
+            ``frobs_train/export/untrusted.py``.
+
+    Attributes:
+        bundle: Content of the bundle file.
+        steps: Number of environment steps for which the policy was trained.
+
+    Raises:
+        BundleError: The bundle does not contain a valid training configuration.
+        UntrustedFileError: ``trust`` is False, and the configuration names something that it may not load.
     """
 
     def __init__(self, bundle: Bundle, trust: bool = False) -> None:
@@ -54,7 +64,7 @@ class BundleRun(Run):
         """Return the policy for the spaces of a single environment.
 
         Raises:
-            BundleMismatchError: A space differs from the one that the policy was trained with.
+            BundleMismatchError: The spaces differ from those that the policy was trained with.
         """
         trained = {
             "observation": self.bundle.manifest["observation"]["spaces"],

@@ -47,12 +47,6 @@ def export(
         checkpoint: Checkpoint to use: ``"newest"``, ``"best"`` according to evaluations during training, or a number of
             environment steps.
         license: An SPDX identifier such as ``"MIT"``, or the path of a text file. By default, no license is given.
-
-    Raises:
-        CheckpointError: The checkpoint does not exist or is damaged.
-        ConfigurationError: The algorithm cannot be exported, or a required package is missing.
-        RunError: The environment's spaces differ from the spaces used in training.
-        BundleError: The exported policy and the algorithm's policy select different actions. No file is written.
     """
     text = license_text(license)
     env = make_vector_env(run.config.environment, _ENVS, run.config.keywords(randomize=False), run.config.wrappers)

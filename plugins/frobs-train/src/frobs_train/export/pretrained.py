@@ -11,13 +11,7 @@ from frobs_deploy import Bundle, BundleError, read_bundle
 
 
 def read_pretrained(environment: str) -> Bundle:
-    """Read the trained policy of an environment ID, which may have the form ``frobs_core:frobs/…``.
-
-    Raises:
-        UnknownNameError: The ID does not exist.
-        RunError: The ID has no trained policy.
-        BundleError: The file is missing or damaged, or belongs to another ID.
-    """
+    """Read the trained policy of an environment ID, which may have the form ``frobs_core:frobs/…``."""
     name = registry.bare_id(environment)
     bundle = read_bundle(registry.pretrained_path(environment))
     trained_in = registry.bare_id(str((bundle.manifest.get("environment") or {}).get("id")))
@@ -34,14 +28,8 @@ def describe_pretrained(bundle: Bundle) -> dict[str, Any]:
     data = bundle.path.read_bytes()
     others = sorted({row["simulator"] for row in training.get("evaluations") or () if row.get("simulator")})
     return {
-        "algorithm": training.get("algorithm"),
-        "steps": training.get("steps"),
-        "seconds": training.get("seconds"),
-        "command": training.get("command"),
-        "success_rate": claimed.get("success_rate"),
-        "success_interval": claimed.get("success_interval"),
-        "tracking_error": claimed.get("tracking_error"),
-        "episodes": claimed.get("episodes"),
+        **{key: training.get(key) for key in ("algorithm", "steps", "seconds", "command")},
+        **{key: claimed.get(key) for key in ("success_rate", "success_interval", "tracking_error", "episodes")},
         "evaluation_seed": claimed.get("seed"),
         "other_simulators": {name: (claimed_evaluation(bundle, name) or {}).get("success_rate") for name in others},
         "license": bundle.manifest.get("license"),

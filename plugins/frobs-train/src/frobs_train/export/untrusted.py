@@ -17,48 +17,17 @@ from frobs_train.configuration.config import RunConfig
 PARTS = ("task", "robot", "controller", "simulator")
 """Keyword arguments of the environment whose values are names of registered components."""
 
-WRAPPERS: frozenset[str] = frozenset(
-    {
-        *(
-            f"frobs_rl_compat.wrappers:{name}"
-            for name in ("NormalizeActionWrapper", "NormalizeObservationWrapper", "TimeLimitWrapper")
-        ),
-        *(
-            f"gymnasium.wrappers:{name}"
-            for name in (
-                "ClipAction",
-                "ClipReward",
-                "DelayObservation",
-                "FilterObservation",
-                "FlattenObservation",
-                "FrameStackObservation",
-                "GrayscaleObservation",
-                "MaxAndSkipObservation",
-                "NormalizeObservation",
-                "NormalizeReward",
-                "RecordEpisodeStatistics",
-                "RescaleAction",
-                "RescaleObservation",
-                "ResizeObservation",
-                "StickyAction",
-                "TimeAwareObservation",
-                "TimeLimit",
-            )
-        ),
-        *(
-            f"gymnasium.wrappers.vector:{name}"
-            for name in (
-                "ClipAction",
-                "ClipReward",
-                "FlattenObservation",
-                "NormalizeObservation",
-                "NormalizeReward",
-                "RecordEpisodeStatistics",
-                "RescaleAction",
-            )
-        ),
-    }
-)
+_WRAPPERS = {
+    "frobs_rl_compat.wrappers": "NormalizeActionWrapper NormalizeObservationWrapper TimeLimitWrapper",
+    "gymnasium.wrappers": "ClipAction ClipReward DelayObservation FilterObservation FlattenObservation "
+    "FrameStackObservation GrayscaleObservation MaxAndSkipObservation NormalizeObservation NormalizeReward "
+    "RecordEpisodeStatistics RescaleAction RescaleObservation ResizeObservation StickyAction TimeAwareObservation "
+    "TimeLimit",
+    "gymnasium.wrappers.vector": "ClipAction ClipReward FlattenObservation NormalizeObservation NormalizeReward "
+    "RecordEpisodeStatistics RescaleAction",
+}
+
+WRAPPERS = frozenset(f"{module}:{name}" for module, names in _WRAPPERS.items() for name in names.split())
 """Wrappers that a bundle may use. They do not write files."""
 
 _STEPS = "control steps of an episode"

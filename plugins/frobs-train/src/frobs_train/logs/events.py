@@ -24,9 +24,6 @@ class EventLog:
         folder: Folder for the event files.
         resumed_at: Number of environment steps at which the run resumes, or None for a new run. Later events are
             removed from existing files and discarded by a running TensorBoard.
-
-    Raises:
-        ImportError: TensorBoard is not installed.
     """
 
     def __init__(self, folder: Path, resumed_at: int | None = None) -> None:

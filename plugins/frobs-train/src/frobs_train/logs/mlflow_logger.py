@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from frobs_cli.facts import dotted
 from frobs_train.logs.services import Row, ServiceLogger, facts_of
 
 if TYPE_CHECKING:
@@ -41,8 +42,8 @@ class MlflowLogger(ServiceLogger):
             existing = self._client.get_experiment_by_name(experiment)
             experiment_id = existing.experiment_id if existing else self._client.create_experiment(experiment)
             self._id = self._client.create_run(experiment_id, run_name=run.path.name).info.run_id
-            tags = [RunTag(f"versions.{key}", value) for key, value in _flat(versions)]
-            params = [Param(key, value) for key, value in _flat(config)]
+            tags = [RunTag(f"versions.{key}", str(value)[:_LONGEST_PARAM]) for key, value in dotted(versions).items()]
+            params = [Param(key, str(value)[:_LONGEST_PARAM]) for key, value in dotted(config).items()]
             for start in range(0, max(len(params), len(tags)), _MOST_PARAMS):
                 part = slice(start, start + _MOST_PARAMS)
                 self._client.log_batch(self._id, params=params[part], tags=tags[part])
@@ -61,11 +62,3 @@ class MlflowLogger(ServiceLogger):
 
     def _close(self, *, complete: bool) -> None:
         self._client.set_terminated(self._id, status="FINISHED" if complete else "KILLED")
-
-
-def _flat(mapping: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
-    for key, value in mapping.items():
-        if isinstance(value, Mapping) and value:
-            yield from _flat(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", str(value)[:_LONGEST_PARAM]

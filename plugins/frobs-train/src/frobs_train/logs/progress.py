@@ -8,7 +8,6 @@ import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import IO, Self
 
 import numpy as np
@@ -23,6 +22,15 @@ _REMOVE = "Remove the file to use the run without its log; a resumed run starts 
 
 STEPS = "train/steps"
 """Name of the column that contains the number of environment steps."""
+
+_LAST = {
+    "steps": STEPS,
+    "seconds": "time/elapsed",
+    "success": "episode/success",
+    "reward": "episode/reward",
+    "length": "episode/length",
+}
+"""Column that contains each value of :func:`last_values`."""
 
 
 class ProgressLog:
@@ -79,9 +87,7 @@ class ProgressLog:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def _write_csv(self, row: Mapping[str, float | None]) -> None:
@@ -134,11 +140,7 @@ def read_rows(path: Path) -> list[dict[str, str]]:
 
 
 def read_columns(run: Path) -> dict[str, Floats]:
-    """Return the columns of a run's log by name, as arrays of shape (rows,).
-
-    Raises:
-        RunError: The log has no rows yet, or is damaged.
-    """
+    """Return the columns of a run's log by name, as arrays of shape (rows,)."""
     path = run / "progress.csv"
     columns = read_progress(path) if path.is_file() else {}
     if not columns.get(STEPS):
@@ -183,6 +185,13 @@ def read_progress(path: Path) -> dict[str, list[float]]:
 def last_value(values: Sequence[float]) -> float | None:
     """Return the last finite value of a column, or None if the column has no finite value."""
     return next((value for value in reversed(values) if math.isfinite(value)), None)
+
+
+def last_values(run: Path) -> dict[str, float | None]:
+    """Return the last steps, seconds, success, reward and length in a run's log. Values that do not exist are None."""
+    path = run / "progress.csv"
+    columns = read_progress(path) if path.is_file() else {}
+    return {name: last_value(columns.get(column, [])) for name, column in _LAST.items()}
 
 
 def _steps(row: Mapping[str, str]) -> float:

@@ -32,6 +32,9 @@ SERVICES: Mapping[str, str] = {
 """Logger classes by service name. The setting ``log`` uses these names, and each service's Python module has the same
 name."""
 
+_FINALS = ("success_rate", "mean_reward", "mean_length", "tracking_error", "steps_to_success")
+"""Results of an evaluation that are sent to a service."""
+
 Row = tuple[int, Mapping[str, float]]
 """A row of the log: its number of environment steps, and its finite values by column name."""
 
@@ -95,10 +98,8 @@ class ServiceLogger(TrainingCallback):
     def log_evaluation(self, run: Run, found: Evaluation) -> None:
         """Send the result of an evaluation to the service's run."""
         self._open(run, read_state(run, self.name))
-        values = {"success_rate": found.success_rate, "mean_reward": found.mean_reward}
-        values |= {"mean_length": found.mean_length, "tracking_error": found.tracking_error}
-        values |= {"steps_to_success": found.steps_to_success}
-        finals = {f"final/{key}": value for key, value in values.items() if value is not None}
+        values = {f"final/{key}": getattr(found, key) for key in _FINALS}
+        finals = {key: value for key, value in values.items() if value is not None}
         try:
             self._log_finals(found.steps, {**finals, "final/episodes": found.episodes})
         finally:

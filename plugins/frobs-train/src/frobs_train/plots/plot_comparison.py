@@ -6,58 +6,73 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from frobs_core.util.files import write_aside
 from frobs_train.comparison.compare import Comparison, Group
-from frobs_train.plots.figures import COLORS, FAINT, INK, dress, make_figure
-from frobs_train.plots.plot import count_text
+from frobs_train.comparison.confidence import LEAST_RUNS
+from frobs_train.plots.figures import (
+    FAINT,
+    INK,
+    SizeName,
+    check_picture,
+    colors_of,
+    dress,
+    make_figure,
+    save_figure,
+    style,
+)
+from frobs_train.plots.plot import curve_title, dress_curves, in_axis_units
 
 _TITLES = {"success": "Success", "reward": "Reward of an episode"}
-_COLUMNS = 3
-_PANEL = (5.4, 3.6)  # width and height of one environment's panel [inch]
-_ROW = 0.36  # height of one row in the lower part [inch]
+_ROW = 0.04  # height of one row in the lower part [inch], per point of the font
 
 
-def plot_comparison(found: Comparison, path: Path | str) -> Path:
-    """Plot a comparison as a PNG file.
+def plot_comparison(found: Comparison, path: Path | str, *, size: SizeName = "screen") -> Path:
+    """Plot a comparison as a PNG, PDF or SVG file.
 
-    The upper part has one panel per environment, which shows the interquartile mean over seeds with its 95 % band. The
-    lower part shows the final results of each group: the result of each seed (dot), the interquartile mean (line) and
-    its 95 % interval (band).
+    The upper part has one panel per environment, which shows the interquartile mean over seeds with its 95 % band, and
+    one panel with performance profiles if there are aggregates over the environments. The lower part shows the final
+    results of each group: the result of each seed (dot), the interquartile mean (line) and its 95 % interval (band).
 
     Args:
         found: Result of :func:`frobs_train.compare`.
-        path: File to write.
+        path: File to write; its ending selects the format.
+        size: ``"screen"``, or for papers ``"page"`` or ``"column"``.
 
     Returns:
         The path of the written file.
 
     Raises:
         RunError: matplotlib is not installed.
+        ParameterValueError: The format of the file is unknown.
     """
+    target = check_picture(path)
     environments = _by_environment(found)
-    columns = min(len(environments), 2 if len(environments) == 4 else _COLUMNS)
-    rows = -(-len(environments) // columns)
-    below = 1.0 + _ROW * (len(found.groups) + len(environments) * (len(environments) > 1))
-    width = max(8.0, columns * _PANEL[0])
-    figure = make_figure(width, 0.5 + rows * _PANEL[1] + below)
-    upper, lower = figure.subfigures(2, 1, height_ratios=[rows * _PANEL[1], below], hspace=0.04)
-    names = dict.fromkeys(group.name for group in found.groups)  # groups with the same name have the same color
-    colors = {name: COLORS[index % len(COLORS)] for index, name in enumerate(names)}
-    axes = upper.subplots(rows, columns, squeeze=False).flatten()
-    for axis, (environment, members) in zip(axes, environments.items(), strict=False):
-        title = f"{_TITLES[found.metric]} during training" if len(environments) == 1 else environment
-        _draw_curves(axis, found, members, colors, title)
-    for axis in axes[len(environments) :]:
-        axis.set_visible(False)
-    _draw_finals(lower.subplots(), found, environments, colors)
-    words = (
-        f"{_TITLES[found.metric]} at the end: each seed (dot), interquartile mean (line) and its 95 % interval (band)"
-    )
-    lower.suptitle(words, x=0.01, ha="left", fontsize=10, color=INK)
-    figure.suptitle(_title(found, list(environments)), x=0.01, ha="left", fontsize=13, fontweight="bold", color=INK)
-    target = Path(path)
-    write_aside(target, lambda aside: figure.savefig(aside, format="png"))
-    return target
+    count = len(environments) + bool(found.aggregates)
+    # Groups with the same name have the same color in all panels.
+    colors = colors_of({group.name: group.algorithm for group in found.groups})
+    with style(size) as chosen:
+        columns = min(count, 2 if count == 4 else 3, chosen.columns)
+        rows = -(-count // columns)
+        below = 0.1 * chosen.font + (_ROW if size == "screen" else 0.8 * _ROW) * chosen.font * (
+            len(found.groups) + len(environments) * (len(environments) > 1)
+        )
+        width, above = columns * chosen.panel[0], rows * chosen.panel[1]
+        figure = make_figure(max(8.0, width) if size == "screen" else width, 0.5 + above + below)
+        upper, lower = figure.subfigures(2, 1, height_ratios=[above, below], hspace=0.04)
+        axes = upper.subplots(rows, columns, squeeze=False).flatten()
+        for axis, (environment, members) in zip(axes, environments.items(), strict=False):
+            _draw_curves(axis, found, members, colors, "" if len(environments) == 1 else environment)
+        for axis in axes[count:]:
+            axis.set_visible(False)
+        if found.aggregates:
+            _draw_profiles(axes[len(environments)], found, colors)
+        _draw_finals(lower.subplots(), found, environments, colors, narrow=size != "screen")
+        words = f"{_TITLES[found.metric]} at the end: seeds (dots), interquartile mean (line), 95 % interval (band)"
+        if size == "screen":
+            lower.suptitle(words, x=0.01, ha="left", fontsize="large", color=INK)
+            title = _title(found, list(environments))
+            figure.suptitle(title, x=0.01, ha="left", fontsize="x-large", fontweight="bold", color=INK)
+        upper.suptitle(curve_title(found.metric, found.source), x=0.01, ha="left", fontsize="large", color=INK)
+        return save_figure(figure, target)
 
 
 def _by_environment(found: Comparison) -> dict[str, list[Group]]:
@@ -75,9 +90,7 @@ def _title(found: Comparison, environments: Sequence[str]) -> str:
 
 
 def _draw_curves(axis: Any, found: Comparison, groups: Sequence[Group], colors: dict[str, str], title: str) -> None:
-    dress(axis, title, "environment steps")
-    axis.xaxis.set_major_formatter(lambda value, _: count_text(value))
-    axis.margins(x=0.02)
+    dress_curves(axis, title, found.over)
     if found.metric == "success":
         axis.set_ylim(-2, 102)
         axis.yaxis.set_major_formatter(lambda value, _: f"{value:.0f} %")
@@ -86,12 +99,26 @@ def _draw_curves(axis: Any, found: Comparison, groups: Sequence[Group], colors: 
         axis.axhline(scale * found.threshold, color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
     for group in groups:
         curve, color = group.curve, colors[group.name]
-        if len(group.runs) > 1:
-            axis.fill_between(curve.steps, scale * curve.low, scale * curve.high, color=color, alpha=0.18, linewidth=0)
-        axis.plot(curve.steps, scale * curve.middle, color=color, linewidth=2.0)
+        x = in_axis_units(curve.x, found.over)
+        if len(group.runs) >= LEAST_RUNS:
+            axis.fill_between(x, scale * curve.low, scale * curve.high, color=color, alpha=0.18, linewidth=0)
+        axis.plot(x, scale * curve.middle, color=color, linewidth=2.0)
 
 
-def _draw_finals(axis: Any, found: Comparison, environments: dict[str, list[Group]], colors: dict[str, str]) -> None:
+def _draw_profiles(axis: Any, found: Comparison, colors: dict[str, str]) -> None:
+    """Draw the fraction of the runs of all environments whose success is above each value."""
+    dress(axis, "all environments", "success above", "fraction of runs")
+    axis.set_ylim(-0.02, 1.02)
+    axis.xaxis.set_major_formatter(lambda value, _: f"{100.0 * value:.0f} %")
+    for each in found.aggregates:
+        curve, color = each.profile, colors[each.name]
+        axis.fill_between(curve.x, curve.low, curve.high, color=color, alpha=0.18, linewidth=0, step="post")
+        axis.step(curve.x, curve.middle, color=color, linewidth=2.0, where="post")
+
+
+def _draw_finals(
+    axis: Any, found: Comparison, environments: dict[str, list[Group]], colors: dict[str, str], narrow: bool
+) -> None:
     """Draw one row for each group. If there are several environments, their names are shown as headings."""
     dress(axis)
     scale, row = _scale(found), 0
@@ -101,7 +128,7 @@ def _draw_finals(axis: Any, found: Comparison, environments: dict[str, list[Grou
             ticks.append((row, environment, FAINT))
             row += 1
         for group in members:
-            ticks.append((row, _name(group), colors[group.name]))
+            ticks.append((row, group.name if narrow else _name(group), colors[group.name]))
             _draw_final(axis, group, row, scale, colors[group.name])
             row += 1
     axis.set_ylim(row - 0.4, -0.6)
@@ -127,7 +154,7 @@ def _draw_final(axis: Any, group: Group, row: int, scale: float, color: str) -> 
     axis.plot([scale * final.value] * 2, [row - 0.3, row + 0.3], color=color, linewidth=2.5, zorder=3, clip_on=False)
     value = f"{scale * final.value:.1f} %" if scale != 1.0 else f"{final.value:.3g}"
     axis.annotate(value, (1.0, row), xycoords=("axes fraction", "data"), xytext=(10, 0), textcoords="offset points",
-                  ha="left", va="center", fontsize=9, color=color, annotation_clip=False)  # fmt: skip
+                  ha="left", va="center", fontsize="medium", color=color, annotation_clip=False)  # fmt: skip
 
 
 def _name(group: Group) -> str:

@@ -9,21 +9,12 @@ from typing import Any
 from frobs_core.kernel.policies import is_path
 from frobs_train.configuration.config import RunConfig, algorithm_record, resolve_algorithm_config
 from frobs_train.evaluation.evaluate import evaluate
-from frobs_train.logs.progress import last_value, read_progress
+from frobs_train.logs.progress import last_values
 from frobs_train.runners.runner import Job, Report
 from frobs_train.runs.policy import open_policy
 from frobs_train.training.train import train
 
 _PROCESS_MEMORY = 2**30  # memory [B] used by Python, the libraries and a hundred environments
-
-_COLUMNS = {
-    "steps": "train/steps",
-    "seconds": "time/elapsed",
-    "success": "episode/success",
-    "reward": "episode/reward",
-    "length": "episode/length",
-}
-"""Log column that contains each fact about a training run."""
 
 
 def training_job(config: RunConfig, run_dir: Path) -> Job:
@@ -75,10 +66,8 @@ def evaluation_job(
 def train_run(config: Mapping[str, Any], run_dir: Path, report: Report) -> dict[str, Any]:
     """Start a training run, or continue an existing run."""
     run = train(RunConfig(**config), run_dir, report, on_existing="resume")
-    log = read_progress(run.path / "progress.csv")
-    facts = {name: last_value(log.get(column, [])) for name, column in _COLUMNS.items()}
-    trained = {"environment": run.config.environment, "algorithm": run.config.algorithm, "seed": run.config.seed}
-    return {"run": run.path, **trained, **facts}
+    trained = {key: getattr(run.config, key) for key in ("environment", "algorithm", "seed")}
+    return {"run": run.path, **trained, **last_values(run.path)}
 
 
 def evaluate_run(

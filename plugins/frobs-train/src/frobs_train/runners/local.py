@@ -9,8 +9,9 @@ from typing import ClassVar
 from frobs_core.util.errors import ConfigurationError
 from frobs_train.runners.runner import LOCAL, Job, Outcome, Runner, RunnerOptions
 from frobs_train.training.monitor import Progress
+from frobs_train.tuning.search import Search
 from frobs_train.tuning.study import StudyResult, TrialResult
-from frobs_train.tuning.tune import Search, tune
+from frobs_train.tuning.tune import tune
 
 
 class LocalRunner(Runner):
@@ -29,7 +30,6 @@ class LocalRunner(Runner):
     def run(
         self, jobs: Sequence[Job], folder: Path, on_progress: Callable[[int, Progress], None] | None = None
     ) -> Iterator[Outcome]:
-        """Run jobs, and yield each outcome as soon as its job has ended."""
         for index, job in enumerate(jobs):
 
             def report(progress: Progress, index: int = index) -> None:

@@ -21,8 +21,8 @@ from frobs_train.errors import JobsError
 from frobs_train.training.monitor import Progress
 
 if TYPE_CHECKING:
+    from frobs_train.tuning.search import Search
     from frobs_train.tuning.study import StudyResult, TrialResult
-    from frobs_train.tuning.tune import Search
 
 GROUP = "frobs.runners"
 
@@ -127,11 +127,11 @@ class Runner(ABC):
         on_trial: Callable[[StudyResult, TrialResult], None] | None = None,
         on_progress: Callable[[int, int, Progress], None] | None = None,
     ) -> StudyResult:
-        """Search for settings as described in :func:`frobs_train.tune`."""
+        """Search for settings. For the arguments and errors, see :func:`frobs_train.tune`."""
 
 
 def raise_failures(outcomes: Sequence[Outcome]) -> None:
-    """Raise JobsError if a job failed."""
+    """Raise JobsError if one of the ``outcomes`` is a failure."""
     failed = [(outcome.job.name, outcome.error) for outcome in outcomes if outcome.error is not None]
     if failed:
         raise JobsError(failed, len(outcomes)) from failed[0][1]

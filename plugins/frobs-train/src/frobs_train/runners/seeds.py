@@ -52,6 +52,7 @@ def train_seeds(
 
     Raises:
         RunExistsError: A run folder exists.
+        RunError: The parent folder cannot be created.
         ConfigurationError: The configuration is invalid, or the runner cannot run the jobs.
     """
     settings = resolve_algorithm_config(algorithm_record(config.algorithm), config.algorithm_config)

@@ -38,11 +38,7 @@ class _EvaluationFile(BaseModel):
 
 
 def list_evaluations(run: Path) -> list[Path]:
-    """Return the evaluation files of a run folder, ordered by file name.
-
-    Raises:
-        RunError: There are more files than the limit.
-    """
+    """Return the evaluation files of a run folder, ordered by file name."""
     files = sorted((run / "evaluations").glob("*.json"))
     limit = BUDGETS["run folder"]["evaluations"]
     if len(files) > limit:
@@ -51,11 +47,7 @@ def list_evaluations(run: Path) -> list[Path]:
 
 
 def read_evaluation(path: Path) -> dict[str, Any]:
-    """Return the content of an evaluation file.
-
-    Raises:
-        RunError: The file is damaged.
-    """
+    """Return the content of an evaluation file."""
     try:
         content = read_json(path)
         _EvaluationFile.model_validate(content)

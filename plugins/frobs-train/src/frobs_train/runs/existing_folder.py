@@ -40,11 +40,7 @@ def check_existing(path: Path, on_existing: str) -> None:
 
 
 def resume_existing(path: Path, config: RunConfig, on_progress: Callable[[Progress], bool | None] | None) -> Run:
-    """Continue a run with the same configuration, or extend the run to a larger number of steps.
-
-    Raises:
-        RunError: The configurations differ in a setting other than ``steps``.
-    """
+    """Continue a run with the same configuration, or extend the run to a larger number of steps."""
     run = Run.open(path)
     new, old = config.model_dump(), run.config.model_dump()
     if config.seed is None:

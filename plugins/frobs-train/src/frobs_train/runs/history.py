@@ -96,9 +96,6 @@ def read_history(folder: Path) -> tuple[RunConfig | None, tuple[Mapping[str, Any
     """Return the configuration of a run and its changes.
 
     The configuration is None if the run was created by a version of FRobs that did not write ``history.json``.
-
-    Raises:
-        RunError: The file is damaged.
     """
     path = folder / FILE
     try:

@@ -11,7 +11,6 @@ import json
 import os
 import socket
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 from frobs_core.util.errors import RunError
@@ -57,7 +56,8 @@ class RunLock:
             ) from error
         try:
             holder = _read(descriptor)
-            if not (_lock(descriptor) if _has_locks(descriptor) else not _alive(holder)):
+            locked = _lock(descriptor)
+            if not (not _alive(holder) if locked is None else locked):
                 raise RunBusyError(self._path, *holder)
             if not _is_at(descriptor, self._path / NAME):
                 os.close(descriptor)
@@ -71,9 +71,7 @@ class RunLock:
         self._descriptor = descriptor
         return True
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         """Release the lock. The file is kept, because another process may already have locked it."""
         if self._descriptor is not None:
             with contextlib.suppress(OSError):
@@ -89,29 +87,20 @@ def _is_at(descriptor: int, path: Path) -> bool:
         return False
 
 
-def _has_locks(descriptor: int) -> bool:
+def _lock(descriptor: int) -> bool | None:
+    """Lock a file, and return whether no other process has locked it. Return None if locks are not supported."""
     try:
         import fcntl
     except ImportError:  # not POSIX
-        return False
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    except OSError as error:
-        if error.errno in _UNSUPPORTED:
-            return False
-        raise
-    return True
-
-
-def _lock(descriptor: int) -> bool:
-    import fcntl
-
+        return None
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
+    except OSError as error:
+        if error.errno in _UNSUPPORTED:
+            return None
+        raise
     return True
 
 

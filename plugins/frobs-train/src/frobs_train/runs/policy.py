@@ -45,6 +45,10 @@ class AlgorithmPolicy(Policy):
         action, self._state = self._algorithm.predict(observation, self._state, episode_start, self._deterministic)
         return action
 
+    def remember(self, action: Action) -> None:
+        """Replace the latest actions in the algorithm's state."""
+        self._state = self._algorithm.remembered(self._state, action)
+
 
 class TrainedPolicy(Policy):
     """Policy of a run folder, a bundle, or a model file of another library.
@@ -125,6 +129,11 @@ class TrainedPolicy(Policy):
         """Return the actions of the trained policy."""
         assert self._policy is not None, "bind() was not called"
         return self._policy.act(observation, episode_start)
+
+    def remember(self, action: Action) -> None:
+        """Replace the latest actions in the memory of the trained policy."""
+        assert self._policy is not None, "bind() was not called"
+        self._policy.remember(action)
 
 
 class PretrainedPolicy(TrainedPolicy):

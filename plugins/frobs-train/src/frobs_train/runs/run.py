@@ -6,7 +6,7 @@ import logging
 import os
 import secrets
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from datetime import datetime
 from itertools import count
@@ -122,7 +122,7 @@ class Run:
 
     @classmethod
     def open(cls, path: Path | str) -> Run:
-        """Open a run folder.
+        """Open the run folder ``path``.
 
         Raises:
             RunError: The folder is not a run folder, or its ``history.json`` is damaged.
@@ -223,7 +223,7 @@ class Run:
         return results
 
     def output(self, *names: str) -> Path:
-        """Return the path of a file to write in the run folder.
+        """Return the path of a file to write in the run folder. The parts of the path are ``names``.
 
         Raises:
             RunError: A symbolic link in the run folder would lead the write to another folder.
@@ -280,12 +280,7 @@ def _rename(aside: Path, target: Path) -> bool:
 
 
 def discard_run(path: Path) -> None:
-    """Remove a run folder that may already have been removed.
-
-    Raises:
-        RunBusyError: Another process is training in the folder.
-        RunError: The folder cannot be written.
-    """
+    """Remove a run folder that may already have been removed."""
     old = path.with_name(f".{path.name}.{secrets.token_hex(8)}")
     try:
         with RunLock(path):
@@ -299,6 +294,21 @@ def discard_run(path: Path) -> None:
 def is_run(path: Path) -> bool:
     """Return whether a folder is a run folder."""
     return (path / "config.yaml").is_file() and (path / "versions.json").is_file()
+
+
+def find_runs(paths: Iterable[Path | str]) -> list[Run]:
+    """Open run folders, and all run folders below other folders, in the order of their paths.
+
+    Raises:
+        RunError: A path is not a folder, or a folder contains no run.
+    """
+    found = []
+    for path in map(Path, paths):
+        inside = (
+            () if is_run(path) else sorted(file.parent for file in path.rglob("config.yaml") if is_run(file.parent))
+        )
+        found += [Run.open(each) for each in inside or (path,)]
+    return found
 
 
 def default_run_dir(config: RunConfig) -> Path:

@@ -47,7 +47,7 @@ class TrainingCallback:
         """Called after a checkpoint has been written."""
 
     def on_end(self, run: Run, steps: int) -> None:
-        """Called when training has ended without an interruption."""
+        """Called when training has ended without an interruption, after ``steps`` environment steps in total."""
 
     def close(self) -> None:
         """Release resources. Called last, even if training failed, was interrupted or never began."""

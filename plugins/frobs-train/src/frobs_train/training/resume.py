@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Sequence
 from copy import copy
+from functools import partial
 from pathlib import Path
 
 from frobs_core.contracts import Algorithm
@@ -27,7 +28,7 @@ from frobs_train.training.callbacks import build_callbacks
 from frobs_train.training.exactness import why_not_exact
 from frobs_train.training.monitor import Progress
 from frobs_train.training.seeds import later_seed
-from frobs_train.training.session import make_training_env, run_training, training_recipe
+from frobs_train.training.session import prepare_training, run_training
 
 _log = logging.getLogger("frobs")
 
@@ -85,21 +86,14 @@ def resume(
             raise ParameterValueError(
                 "steps", config.steps, f"at least {done:,}, the number of steps that {run.path} has already taken"
             )
-        if steps is None and config == run.config and state is not None and state.stopped is not None:
+        stopped = state.stopped if state is not None and steps is None and config == run.config else None
+        if stopped is not None or done >= config.steps:
             _log.warning(
-                "%s is complete after %s steps: %s. To continue training, resume the run with a larger total number of "
+                "%s is complete after %s steps%s. To continue training, resume the run with a larger total number of "
                 "steps.",
                 run.path,
                 f"{done:,}",
-                state.stopped,
-            )
-            return run
-        if done >= config.steps:
-            _log.warning(
-                "%s is complete after %s steps. To continue training, resume the run with a larger total number of "
-                "steps.",
-                run.path,
-                f"{done:,}",
+                "" if stopped is None else f": {stopped}",
             )
             return run
         run, before = copy(run), run.config
@@ -146,33 +140,33 @@ def _continue(
     for line in changed_versions(run.path / "versions.json") if checkpoint else []:
         _log.warning("%s: the results from here on may differ from those of an uninterrupted run.", line)
     callbacks = [*make_loggers(run.config.log), *build_callbacks(run.config.callbacks)]
-    env = make_training_env(run.config)
+    load = None if checkpoint is None else partial(_load, run, checkpoint)
+    prepared = prepare_training(run.config, load)
     try:
-        episodes = EpisodeStatistics()
-        recorder = EpisodeRecorder(env, episodes.add, training_recipe(run.config))
-        recorder.reset(seed=run.seeds.environment)
-        record = algorithm_record(run.config.algorithm)
-        if checkpoint is None or state is None:
-            algorithm: Algorithm = record.load()(recorder, run.config.algorithm_config, run.seeds.algorithm)
-        else:
-            restored = _restore(run, recorder, checkpoint)
-            episodes.restore(read_state(checkpoint.path)[1])
-            folder, cls = checkpoint.path / "algorithm", record.load()
-            if run.has_new_algorithm_settings:
-                algorithm = cls.load_with(folder, recorder, run.config.algorithm_config)
-            else:
-                algorithm = cls.load(folder, recorder)
-            if not restored:
-                algorithm.forget_episodes()
         steps = 0 if state is None else state.steps
         for key, old, new in differences(before.model_dump(), run.config.model_dump()):
             _log.warning(
                 "The setting %s is %s from step %s on; the previous value was %s.", key, new, f"{steps:,}", old
             )
         run.record(before, steps)
-        run_training(run, recorder, episodes, algorithm, callbacks, on_progress, state, checkpoint)
+        run_training(run, prepared, callbacks, on_progress, state, checkpoint)
     finally:
-        env.close()
+        prepared.env.close()
+
+
+def _load(run: Run, checkpoint: Checkpoint, recorder: EpisodeRecorder, episodes: EpisodeStatistics) -> Algorithm:
+    """Restore the environments and the statistics, and return the algorithm of a checkpoint."""
+    restored = _restore(run, recorder, checkpoint)
+    episodes.restore(read_state(checkpoint.path)[1])
+    cls: type[Algorithm] = algorithm_record(run.config.algorithm).load()
+    folder = checkpoint.path / "algorithm"
+    if run.has_new_algorithm_settings:
+        algorithm = cls.load_with(folder, recorder, cls.resolve_config(run.config.algorithm_config))
+    else:
+        algorithm = cls.load(folder, recorder)
+    if not restored:
+        algorithm.forget_episodes()
+    return algorithm
 
 
 def _restore(run: Run, env: EpisodeRecorder, checkpoint: Checkpoint) -> bool:

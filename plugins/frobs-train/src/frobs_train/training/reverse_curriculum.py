@@ -132,9 +132,8 @@ def _expert_path(
 ) -> tuple[dict[str, np.ndarray[Any, Any]], np.ndarray[Any, Any]]:
     """Run the expert for one episode in each environment.
 
-    Returns:
-        Concatenated snapshots, as arrays of shape (states · num_envs, …), and the indices of the environments in which
-        the expert succeeded.
+    Return concatenated snapshots, as arrays of shape (states · num_envs, …), and the indices of the environments in
+    which the expert succeeded.
     """
     try:
         expert = load_policy("expert", env)

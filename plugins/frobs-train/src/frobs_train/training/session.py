@@ -1,4 +1,4 @@
-"""Code shared by starting and resuming a training run."""
+"""Makes the environments and the algorithm of a new or resumed training run, and trains."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import logging
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -30,6 +31,7 @@ from frobs_train.training.interrupts import Interrupts, TrainingInterrupt
 from frobs_train.training.monitor import Progress, RunContext, RunMonitor
 from frobs_train.training.periodic_evaluation import TrainingEvaluation
 from frobs_train.training.reverse_curriculum import ReverseCurriculum
+from frobs_train.training.seeds import spread_seed
 from frobs_train.training.threads import decide_threads
 
 _log = logging.getLogger("frobs")
@@ -80,11 +82,57 @@ def check_environment(config: RunConfig) -> None:
         env.close()
 
 
+@dataclass(frozen=True, kw_only=True)
+class PreparedTraining:
+    """Environments and algorithm of a training run.
+
+    Attributes:
+        env: The seeded environments. The caller must close the environments when the run ends.
+        recorder: Wrapper that counts the environments' steps and reports finished episodes.
+        episodes: Statistics of the episodes that the recorder reports.
+        algorithm: The algorithm, which steps the recorder.
+    """
+
+    env: gym.vector.VectorEnv[Any, Any, Any]
+    recorder: EpisodeRecorder
+    episodes: EpisodeStatistics
+    algorithm: Algorithm
+
+
+def prepare_training(
+    config: RunConfig, load: Callable[[EpisodeRecorder, EpisodeStatistics], Algorithm] | None = None
+) -> PreparedTraining:
+    """Make the environments and the algorithm of a training run.
+
+    Args:
+        config: Configuration from :func:`frobs_train.resolve_config`. The seed defaults to 0.
+        load: Function that restores the environments and the statistics, and returns the algorithm of a checkpoint. By
+            default, a new algorithm is built.
+
+    Raises:
+        UnknownNameError: The environment ID or algorithm does not exist.
+        ConfigurationError: A setting or keyword argument is invalid, or the algorithm does not support the action
+            space.
+    """
+    record = algorithm_record(config.algorithm)
+    settings = record.load().resolve_config(config.algorithm_config)
+    seeds = spread_seed(config.seed or 0)
+    env = make_training_env(config)
+    try:
+        check_action_space(record, config.environment, env.single_action_space)
+        episodes = EpisodeStatistics()
+        recorder = EpisodeRecorder(env, episodes.add, training_recipe(config))
+        recorder.reset(seed=seeds.environment)
+        algorithm = load(recorder, episodes) if load else record.load()(recorder, settings, seeds.algorithm)
+    except BaseException:
+        env.close()
+        raise
+    return PreparedTraining(env=env, recorder=recorder, episodes=episodes, algorithm=algorithm)
+
+
 def run_training(
     run: Run,
-    env: EpisodeRecorder,
-    episodes: EpisodeStatistics,
-    algorithm: Algorithm,
+    prepared: PreparedTraining,
     callbacks: Sequence[TrainingCallback],
     tell: Callable[[Progress], bool | None] | None,
     state: RunState | None = None,
@@ -94,21 +142,14 @@ def run_training(
 
     Args:
         run: The run. The caller must hold the lock of the run folder.
-        env: The environments.
-        episodes: Episode statistics, which the recorder of the environments updates.
-        algorithm: The new or loaded algorithm.
+        prepared: The environments and the new or loaded algorithm.
         callbacks: Callbacks of the configuration.
         tell: Called with the progress after each row of the log. If this function returns False, training ends.
         state: State of a resumed run, or None for a new run.
         checkpoint: Checkpoint from which the run is resumed, or None if there is no checkpoint.
-
-    Raises:
-        TrainingInterrupt: Ctrl-C or SIGTERM was received. The run can be resumed.
-        TrainingError: The environment or the algorithm raised an exception.
-        CheckpointError: A checkpoint cannot be written.
-        RunError: The log cannot be written.
     """
     steps = 0 if state is None else state.steps
+    env, algorithm = prepared.recorder, prepared.algorithm
     env.steps = steps
     with ExitStack() as stack:
         interrupts = stack.enter_context(Interrupts())
@@ -121,7 +162,7 @@ def run_training(
             stack.callback(callback.close)
         context = RunContext(
             env=env,
-            episodes=episodes,
+            episodes=prepared.episodes,
             log=log,
             interrupts=interrupts,
             snapshots=has_snapshot(run.config, env),

@@ -12,9 +12,8 @@ from frobs_train.runs.existing_folder import check_existing, resume_existing
 from frobs_train.runs.run import Run, default_run_dir
 from frobs_train.training.callbacks import build_callbacks
 from frobs_train.training.monitor import Progress
-from frobs_train.training.prepare import prepare_training
 from frobs_train.training.seeds import draw_seed
-from frobs_train.training.session import run_training
+from frobs_train.training.session import prepare_training, run_training
 
 
 def train(
@@ -61,15 +60,15 @@ def train(
         return resume_existing(path, config, on_progress)
     seed = draw_seed() if config.seed is None else config.seed
     config = config.model_copy(update={"seed": seed})
-    made = prepare_training(config)
+    prepared = prepare_training(config)
     try:
         callbacks = [*make_loggers(config.log), *build_callbacks(config.callbacks)]
         with Run.begin(path, config, on_existing) as run:
-            run_training(run, made.recorder, made.episodes, made.algorithm, callbacks, on_progress)
+            run_training(run, prepared, callbacks, on_progress)
     except RunExistsError:
         if on_existing != "resume":
             raise
         return resume_existing(path, config, on_progress)  # another process has created the run in the meantime
     finally:
-        made.env.close()
+        prepared.env.close()
     return run

@@ -13,8 +13,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from frobs_core.plugins.records import AlgorithmRecord
 from frobs_core.util.errors import ConfigFileError, ConfigurationError, MissingSettingError
 from frobs_core.util.plain import spell_numbers, to_json
-from frobs_core.util.validation import validate
-from frobs_core.util.yaml import ConfigMapping, find_origin, load_yaml, load_yaml_text
+from frobs_core.util.validation import located, validate
+from frobs_core.util.yaml import ConfigMapping, load_yaml, load_yaml_text
 from frobs_train.errors import SearchSpaceError
 
 if TYPE_CHECKING:
@@ -62,36 +62,29 @@ class Dimension(BaseModel):
 
     def draw(self, trial: optuna.Trial, key: str) -> Any:
         """Draw a value for an Optuna trial."""
-        if self.type == "choice":
-            assert self.choices is not None
+        if self.choices is not None:
             texts = {_text(value): value for value in self.choices}  # Optuna can store only scalar choices
             return texts[trial.suggest_categorical(key, list(texts))]
-        assert self.low is not None
-        assert self.high is not None
+        low, high = self._bounds
         if self.type == "int":
             step = 1 if self.step is None else int(self.step)
-            return self._prefixed(trial.suggest_int(key, int(self.low), int(self.high), step=step, log=self.log))
-        return self._prefixed(trial.suggest_float(key, self.low, self.high, step=self.step, log=self.log))
+            return self._prefixed(trial.suggest_int(key, int(low), int(high), step=step, log=self.log))
+        return self._prefixed(trial.suggest_float(key, low, high, step=self.step, log=self.log))
 
     def sample(self, rng: np.random.Generator) -> Any:
         """Return a random value."""
-        if self.type == "choice":
-            assert self.choices is not None
+        if self.choices is not None:
             return self.choices[int(rng.integers(len(self.choices)))]
-        assert self.low is not None
-        assert self.high is not None
+        low, high = self._bounds
         if self.log:
-            return self._bounded(float(np.exp(rng.uniform(np.log(self.low), np.log(self.high)))))
-        return self._bounded(float(rng.uniform(self.low, self.high)))
+            return self._bounded(float(np.exp(rng.uniform(np.log(low), np.log(high)))))
+        return self._bounded(float(rng.uniform(low, high)))
 
     def vary(self, value: Any, rng: np.random.Generator) -> Any:
         """Return a value near ``value``: a neighboring choice, or a number that is about 20 % smaller or larger."""
-        if self.type == "choice":
-            assert self.choices is not None
+        if self.choices is not None:
             at = self.choices.index(value) + int(rng.choice([-1, 1]))
             return self.choices[min(max(at, 0), len(self.choices) - 1)]
-        assert self.low is not None
-        assert self.high is not None
         old = float(str(value).removeprefix(self.prefix))
         new = old * float(rng.choice([0.8, 1.2]))
         if self.type == "int":
@@ -100,21 +93,25 @@ class Dimension(BaseModel):
 
     def _bounded(self, value: float) -> Any:
         """Return the nearest allowed number, including the prefix."""
-        assert self.low is not None
-        assert self.high is not None
+        low, high = self._bounds
         if self.step is not None:
-            value = self.low + round((value - self.low) / self.step) * self.step
-        value = min(max(value, self.low), self.high)
+            value = low + round((value - low) / self.step) * self.step
+        value = min(max(value, low), high)
         return self._prefixed(round(value) if self.type == "int" else value)
 
     @property
     def example(self) -> Any:
         """An example value."""
-        if self.type == "choice":
-            assert self.choices is not None
+        if self.choices is not None:
             return self.choices[0]
+        low, _ = self._bounds
+        return self._prefixed(int(low) if self.type == "int" else low)
+
+    @property
+    def _bounds(self) -> tuple[float, float]:
         assert self.low is not None
-        return self._prefixed(int(self.low) if self.type == "int" else self.low)
+        assert self.high is not None
+        return self.low, self.high
 
     def _prefixed(self, value: float) -> Any:
         return f"{self.prefix}{value!r}" if self.prefix else value
@@ -145,7 +142,7 @@ def read_space(mapping: ConfigMapping) -> SearchSpace:
 
 
 def _dimension(mapping: ConfigMapping, key: str) -> Dimension:
-    value, origin = mapping[key], find_origin(mapping, [key])
+    value = mapping[key]
     if isinstance(value, Sequence) and not isinstance(value, str) and value:
         return Dimension(type="choice", choices=list(value))
     reason = f"'{key}' = {value!r} is not a search range; write a list of values, or {{type: float, low: …, high: …}}."
@@ -156,7 +153,7 @@ def _dimension(mapping: ConfigMapping, key: str) -> Dimension:
             raise
         except ConfigurationError as error:
             reason = str(error)
-    raise ConfigFileError(*origin, reason) if origin else SearchSpaceError(reason, key)
+    raise located(SearchSpaceError(reason, key), mapping, [key])
 
 
 def _text(value: Any) -> bool | int | float | str | None:

@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from frobs_core.util.errors import ParameterValueError, RunError
 from frobs_core.util.plain import spell_numbers, to_json
@@ -18,12 +18,14 @@ from frobs_train.errors import StudyError
 if TYPE_CHECKING:
     import optuna
 
-SAMPLERS = ("tpe", "gp", "random")
+Sampler = Literal["tpe", "gp", "random"]
 """Methods that choose settings: tree-structured Parzen estimator, Gaussian process, or random sampling."""
 
-PRUNERS = ("median", "halving", "hyperband", "population", "none")
+Pruner = Literal["median", "halving", "hyperband", "population", "none"]
 """Methods that stop unpromising trials: median rule, successive halving, Hyperband, population, or none. ``population``
 replaces unpromising trials with variants of better trials, and is supported only by cluster runners."""
+
+SAMPLERS, PRUNERS = get_args(Sampler), get_args(Pruner)
 
 REPORTS = 20
 """Number of reports that each run sends to the pruner, at equal step intervals."""
@@ -67,7 +69,9 @@ class StudyResult:
         storage: URL of the storage.
         folder: Folder with the runs and ``best.yaml``.
         trials: Trials of all processes, ordered by number.
-        best: Best complete trial, or None if no trial is complete.
+        best: Best complete trial, or None if no trial is complete. If all complete trials have the same value, it is the
+            one with the highest reward.
+        tied: Whether all complete trials, at least two, have the same value of success.
         best_config: File with the configuration of the best trial for ``frobs train --config``, or None if no trial is
             complete.
     """
@@ -77,6 +81,7 @@ class StudyResult:
     folder: Path
     trials: tuple[TrialResult, ...]
     best: TrialResult | None
+    tied: bool
     best_config: Path | None
 
     def to_dict(self) -> dict[str, Any]:
@@ -110,6 +115,20 @@ def open_study(name: str, storage: str, sampler: str, pruner: str, seeds: int) -
                 f"cannot be opened in the storage '{storage}': {reason}; pass a URL such as 'sqlite:///study.db' or "
                 "'postgresql://user@host/database', and install the driver of this database.",
             ) from error
+
+
+def load_study(found: StudyResult) -> optuna.Study:
+    """Return the Optuna study of a result.
+
+    Raises:
+        StudyError: The storage needs a password, which results do not contain.
+    """
+    import optuna
+
+    try:
+        return optuna.load_study(study_name=found.name, storage=found.storage)
+    except Exception as error:  # each database driver has its own exception types
+        raise StudyError(found.name, f"cannot be opened in the storage '{found.storage}': {error}") from error
 
 
 def _database(url: str) -> optuna.storages.RDBStorage:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+import math
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,12 +14,13 @@ from frobs_core.util.files import write_text
 from frobs_core.util.validation import whole_number
 from frobs_core.util.yaml import dump_yaml
 from frobs_train.configuration.config import RunConfig, algorithm_record
-from frobs_train.configuration.resolve import resolve_config, write_setting
 from frobs_train.errors import SearchSpaceError
 from frobs_train.evaluation.evaluate import Evaluation, evaluate
+from frobs_train.runs.run import Run, is_run
 from frobs_train.training.monitor import Progress
 from frobs_train.training.session import check_environment
 from frobs_train.training.train import train
+from frobs_train.tuning.search import Search
 from frobs_train.tuning.search_space import SearchSpace, load_space
 from frobs_train.tuning.study import (
     REPORTS,
@@ -36,62 +37,6 @@ if TYPE_CHECKING:
     import optuna
 
 
-@dataclass(frozen=True, kw_only=True)
-class Search:
-    """Settings of a search.
-
-    Attributes:
-        environment: Gymnasium ID. Defaults to the ID in the file.
-        trials: Total number of trials in the study, including trials of earlier commands and other processes.
-        file: YAML file with keys of :class:`RunConfig` that apply to all trials.
-        flags: Flags as in :func:`frobs_train.resolve_config`. ``seed`` is the first seed of each trial.
-        settings: Fixed settings that the search does not vary, such as ``"algorithm_config.n_steps=16"``.
-        space: YAML file with the search space. Defaults to the algorithm's search space.
-        folder: Folder of the study. Defaults to ``studies/<ID>/<algorithm>``.
-        storage: Any Optuna storage URL. Defaults to the SQLite file ``study.db`` in the folder of the study.
-        name: Name of the study in the storage. Defaults to ``<ID>/<algorithm>``.
-        seeds: Number of runs per trial. The runs use consecutive seeds.
-        episodes: Number of episodes in the evaluation at the end of each run.
-        metric: ``"success"`` or ``"reward"``. Defaults to success if the environment reports it, else to reward.
-        sampler: Method that chooses settings: ``tpe``, ``gp`` or ``random``.
-        pruner: Method that stops unpromising trials: ``median``, ``halving``, ``hyperband`` or ``none``. The runner
-            ``ray`` also supports ``population``, which replaces unpromising trials with variants of better trials.
-    """
-
-    environment: str | None = None
-    trials: int = 50
-    file: Path | str | None = None
-    flags: Mapping[str, Any] = field(default_factory=dict)
-    settings: Sequence[str] = ()
-    space: Path | str | None = None
-    folder: Path | str | None = None
-    storage: str | None = None
-    name: str | None = None
-    seeds: int = 1
-    episodes: int = 200
-    metric: Literal["success", "reward"] | None = None
-    sampler: str = "tpe"
-    pruner: str = "median"
-
-    def resolve(self, chosen: Mapping[str, Any] | None = None) -> RunConfig:
-        """Return the configuration of a trial.
-
-        ``chosen`` contains the trial's own settings, or is None for the configuration that all trials share.
-
-        Raises:
-            UnknownNameError: No algorithm has this name.
-            ConfigurationError: A setting is unknown or invalid.
-        """
-        more = [write_setting(key, value) for key, value in (chosen or {}).items()]
-        return resolve_config(
-            self.environment,
-            file=self.file,
-            flags=self.flags,
-            settings=[*self.settings, *more],
-            check_parts=chosen is None,
-        )
-
-
 class Session:
     """An open study, which draws settings and records results. Several processes can open the same study.
 
@@ -104,11 +49,6 @@ class Session:
         space: The search space.
         folder: Folder of the study.
         study: The Optuna study.
-
-    Raises:
-        RunError: Optuna is not installed, or the folder contains the trials of another study.
-        UnknownNameError: The environment ID or algorithm does not exist.
-        ConfigurationError: A setting, the search space, the storage or a numeric argument is invalid.
     """
 
     def __init__(self, search: Search) -> None:
@@ -156,7 +96,28 @@ class Session:
 
     def result(self) -> StudyResult:
         """Return the results of the study so far, and write ``best.yaml``."""
-        return _result(self.study, self.search, self._storage, self.folder)
+        trials = results(self.study)
+        complete = [trial for trial in trials if trial.state == "complete" and trial.value is not None]
+        best = max(complete, key=lambda trial: trial.value or 0.0, default=None)
+        tied = self.search.metric != "reward" and len(complete) > 1 and len({trial.value for trial in complete}) == 1
+        if tied:
+            best = max(complete, key=_mean_reward)
+        path = None
+        if best is not None:
+            path = self.folder / "best.yaml"
+            count = f"{self.search.seeds} seed{'s' if self.search.seeds > 1 else ''}"
+            header = f"# Trial {best.number} of study '{self.study.study_name}': {best.value:.6g} over {count}.\n"
+            config = self.search.resolve(best.settings).model_dump(mode="json", exclude={"seed"})
+            write_text(path, header + dump_yaml(config))
+        return StudyResult(
+            name=self.study.study_name,
+            storage=_without_password(self._storage),
+            folder=self.folder,
+            trials=trials,
+            best=best,
+            tied=tied,
+            best_config=path,
+        )
 
 
 def tune(
@@ -280,6 +241,13 @@ def run_trial(
     return float(np.mean(values))
 
 
+def _mean_reward(trial: TrialResult) -> float:
+    """Return the mean reward in the newest evaluations of a trial's runs, or −∞ if one is missing."""
+    newest = [Run.open(path).evaluations()[-1:] for path in trial.runs if is_run(path)]
+    rewards = [float(result["mean_reward"]) for results in newest for result in results]
+    return float(np.mean(rewards)) if len(rewards) == len(trial.runs) else -math.inf
+
+
 def _metric(search: Search, success: float | None, reward: float | None) -> float | None:
     metric = search.metric or ("success" if success is not None else "reward")
     return success if metric == "success" else reward
@@ -307,27 +275,6 @@ def _space(search: Search, base: RunConfig) -> SearchSpace:
         except ConfigurationError:
             continue  # the value may be valid with other settings; if not, the trial fails
     return space
-
-
-def _result(study: optuna.Study, search: Search, storage: str, folder: Path) -> StudyResult:
-    trials = results(study)
-    complete = [trial for trial in trials if trial.state == "complete" and trial.value is not None]
-    best = max(complete, key=lambda trial: trial.value or 0.0, default=None)
-    path = None
-    if best is not None:
-        path = folder / "best.yaml"
-        count = f"{search.seeds} seed{'s' if search.seeds > 1 else ''}"
-        header = f"# Trial {best.number} of study '{study.study_name}': {best.value:.6g} over {count}.\n"
-        config = search.resolve(best.settings).model_dump(mode="json")
-        write_text(path, header + dump_yaml({key: value for key, value in config.items() if key != "seed"}))
-    return StudyResult(
-        name=study.study_name,
-        storage=_without_password(storage),
-        folder=folder,
-        trials=trials,
-        best=best,
-        best_config=path,
-    )
 
 
 def _without_password(url: str) -> str:
