@@ -11,6 +11,7 @@ from functools import wraps
 from importlib import import_module
 from importlib.machinery import PathFinder
 from importlib.util import find_spec
+from operator import attrgetter
 from types import ModuleType
 from typing import Any, ParamSpec, TypeVar
 
@@ -106,6 +107,7 @@ names.
 
 RENAMED: Mapping[str, str] = {
     "AbilityRecord": "CapabilityRecord",
+    "CubeTask": "ObjectTask",
     "abilities": "known_capabilities",
     "ObservationTermError": "ConfigurationError",
     "RandomizationError": "SettingError",
@@ -159,6 +161,9 @@ def keep_moved_modules(moved: Mapping[str, Sequence[str]] = MOVED) -> None:
     """Keep modules of version 0.2 importable. Each name that is taken from one of them causes a warning.
 
     Other distributions call this function with their own modules.
+
+    Args:
+        moved: For each module of version 0.2, the modules that now have its names.
     """
     for name, places in moved.items():
         if name not in ("frobs_core.models", "frobs_core.plugins"):
@@ -173,13 +178,13 @@ def renamed_attribute(old: str, new: str) -> Any:
 
     Args:
         old: Name of the attribute in version 0.2.
-        new: Name of the attribute now.
+        new: Name of the attribute now, such as ``"place"`` or ``"tool.pos"``.
     """
 
     def read(part: Any) -> Any:
         cls = type(part).__qualname__
         warn_deprecated(f"{cls}.{old}", instead=f"{cls}.{new}", since="0.3", removed_in="0.4")
-        return getattr(part, new)
+        return attrgetter(new)(part)
 
     return property(read)
 

@@ -23,6 +23,7 @@ from frobs_core.util.errors import (
     InvalidActionError,
     InvalidTimestepError,
     ParameterValueError,
+    PluginError,
     ResetNeededError,
     UnknownNameError,
     UnknownParameterError,
@@ -83,6 +84,12 @@ def test_bad_input_is_named(keywords, error, says):
         RobotEnv(**{**PARTS, **keywords})
     with pytest.raises(error, match=says):
         RobotVectorEnv(2, **{**PARTS, **keywords})
+
+
+def test_a_task_without_a_reward_is_refused_before_the_simulation_is_built(monkeypatch):
+    monkeypatch.setattr("frobs_tasks_reach.reach.Reach.rewards", {})
+    with pytest.raises(PluginError, match="task 'reach': Reach defines no reward of type 'dense'"):
+        RobotEnv(**PARTS)
 
 
 PUSH = "frobs_core:frobs/PandaPush-v0"

@@ -124,6 +124,15 @@ def test_an_unknown_name_lists_the_names_and_what_to_install(alone: Plugins) -> 
         make_policy("pretrained")
 
 
+@pytest.mark.parametrize("name", ["teleop", "teleop:keyboard"])
+def test_a_policy_with_two_parts_in_its_name_is_found_by_it(name: str, alone: Plugins) -> None:
+    with pytest.raises(UnknownNameError, match=rf"{name}.*To install it: pip install .*frobs-view"):
+        make_policy(name)
+    with plugins.isolated(Plugins()):
+        assert find_policy(name).name == name
+        assert find_policy(f"{name}").load().__module__ == "frobs_view.teleop"
+
+
 def test_a_path_says_what_to_install_if_nothing_opens_it(alone: Plugins, tmp_path: Path) -> None:
     for path in (tmp_path, "runs/first", "model.zip"):
         with pytest.raises(

@@ -6,15 +6,17 @@ from frobs_core.contracts.body_handle import BodyHandle
 from frobs_core.contracts.contacts import ContactState
 from frobs_core.contracts.control import Control, RobotControl, joint_groups
 from frobs_core.contracts.controller import Controller
+from frobs_core.contracts.goal_task import GoalTask, PositionGoalTask, distance_between, position_goal_rewards
 from frobs_core.contracts.joint_group import JointGroup, JointSubset
 from frobs_core.contracts.model_reader import ModelReader
 from frobs_core.contracts.pacing import Pacer
-from frobs_core.contracts.policy import Expert, Policy
+from frobs_core.contracts.policy import Expert, Operator, Policy
 from frobs_core.contracts.robot_handle import RobotHandle, active_gains
 from frobs_core.contracts.simulation import BareEngine, Simulation
 from frobs_core.contracts.stateful import Snapshot, Stateful
 from frobs_core.contracts.step_context import StepContext
-from frobs_core.contracts.task import GoalTask, ResetOptions, Task
+from frobs_core.contracts.task import Fitted, ResetOptions, Task
+from frobs_core.contracts.viewer import Viewer
 from frobs_core.description.robot import CommandMode
 
 __all__ = [
@@ -27,12 +29,15 @@ __all__ = [
     "Control",
     "Controller",
     "Expert",
+    "Fitted",
     "GoalTask",
     "JointGroup",
     "JointSubset",
     "ModelReader",
+    "Operator",
     "Pacer",
     "Policy",
+    "PositionGoalTask",
     "ResetOptions",
     "RobotControl",
     "RobotHandle",
@@ -42,7 +47,10 @@ __all__ = [
     "StepContext",
     "Task",
     "TrainingMonitor",
+    "Viewer",
     "Wrench",
     "active_gains",
+    "distance_between",
     "joint_groups",
+    "position_goal_rewards",
 ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import gymnasium as gym
 import numpy as np
@@ -14,6 +14,9 @@ import numpy.typing as npt
 from frobs_core.description import Observation
 from frobs_core.util.arrays import Action, Floats, Mask
 from frobs_core.util.errors import ConfigurationError, PolicyExportError
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
 
 class TrainingMonitor(Protocol):
@@ -77,7 +80,7 @@ class Algorithm(ABC):
         env: A vector environment with same-step autoreset. The environment is already seeded, so reset it without a
             seed. A run's environment has the attribute ``recipe``, from which an algorithm can create more environments
             of the same kind in other processes.
-        config: Settings of the algorithm, which the constructor validates.
+        config: Settings as :meth:`resolve_config` returns them. The constructor need not check them again.
         seed: Seed for all random numbers that the algorithm draws, in [0, 2³¹).
 
     Attributes:
@@ -85,24 +88,23 @@ class Algorithm(ABC):
         action_space: Action space of a single environment.
 
     Raises:
-        ConfigurationError: A setting is unknown or out of range, or the algorithm does not support the spaces.
+        ConfigurationError: The algorithm does not support the spaces, or a setting does not fit the environment.
     """
 
     observation_space: gym.Space[Any]
     action_space: gym.Space[Any]
 
     @abstractmethod
-    def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any], seed: int) -> None: ...
+    def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: Any, seed: int) -> None: ...
 
     @classmethod
     @abstractmethod
-    def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
-        """Return validated settings with all defaults added, as YAML-serializable values.
-
-        Settings that are already resolved are returned unchanged.
+    def resolve_config(cls, config: Mapping[str, Any]) -> BaseModel | Mapping[str, Any]:
+        """Validate ``config`` and add all defaults: return a pydantic model, or a mapping of YAML-serializable values.
 
         :func:`frobs_core.util.validation.validate` validates settings with a pydantic model and reports the file and
-        line of an error.
+        line of an error. :func:`frobs_core.util.validation.plain_settings` converts the result to a dictionary. If that
+        dictionary is resolved again, the result is the same.
 
         Raises:
             UnknownParameterError: A key is unknown. The message suggests the most similar valid key.
@@ -126,7 +128,32 @@ class Algorithm(ABC):
 
         Predictions, whether deterministic or random, affect neither the learned parameters nor the random generators
         used in training.
+
+        Args:
+            observation: Batch of observations, with arrays of shape (num_envs, …).
+            state: State of a recurrent policy from the previous call, arrays of any shape, or None at the start.
+            episode_start: True for environments whose episode has just begun, (num_envs,) bool.
+            deterministic: Whether to return the policy's deterministic actions instead of samples.
+
+        Returns:
+            The actions, (num_envs, …), and the next state, or None if the policy is not recurrent.
         """
+
+    def remembered(
+        self, state: tuple[np.ndarray[Any, Any], ...] | None, action: Action
+    ) -> tuple[np.ndarray[Any, Any], ...] | None:
+        """Return the state of a recurrent policy after the environment received other actions than the predicted ones.
+
+        Only an algorithm whose state contains the previous action needs to override this method.
+
+        Args:
+            state: State that :meth:`predict` returned, arrays of any shape, or None.
+            action: Actions that the environment received, (num_envs, …).
+
+        Returns:
+            The state, arrays of the same shapes.
+        """
+        return state
 
     @abstractmethod
     def save(self, folder: Path, previous: Path | None = None) -> None:
@@ -188,7 +215,7 @@ class Algorithm(ABC):
         """
 
     @classmethod
-    def load_with(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any]) -> Self:
+    def load_with(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any], config: Any) -> Self:
         """Load the files written by :meth:`save`, but with other settings, for population-based training.
 
         Implementing this method is optional. With this method, training can continue with, for example, a different
@@ -197,7 +224,7 @@ class Algorithm(ABC):
         Args:
             folder: The folder.
             env: The environment.
-            config: The complete new settings.
+            config: The complete new settings, as :meth:`resolve_config` returns them.
 
         Raises:
             ConfigurationError: The networks or buffers depend on a setting that was changed, or the algorithm does not

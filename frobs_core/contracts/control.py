@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 import gymnasium as gym
@@ -82,15 +82,15 @@ class RobotControl:
             group = robot.group(groups[name], name=name)
             controller.bind(group, control_timestep, decimation)
             self._columns.append(group.columns if isinstance(group, JointSubset) else slice(None))
-        self._covers_all = len(controllers) == 1 and self._columns == [slice(None)]
         self.physics_rate = any(controller.rate == "physics" for controller in controllers.values())
-        self.only = next(iter(controllers.values())) if self._covers_all and not self.physics_rate else None
+        covers_all = self._columns == [slice(None)] and not self.physics_rate
+        self.only = next(iter(controllers.values())) if covers_all else None
         # Joints without a controller keep their home positions. All other columns are overwritten at each step.
         self._held: Floats = np.repeat(robot.home[:1], robot.num_envs, axis=0)
         self._commands: list[Floats] = []
         self._physics_step = 0
 
-    def command(self, actions: list[Action]) -> Floats:
+    def command(self, actions: Iterable[Action]) -> Floats:
         """Return the command for all joints, given one action per controller.
 
         Args:
@@ -100,41 +100,29 @@ class RobotControl:
             The command, (num_envs, dof), or (num_envs, decimation, dof) if a controller returns one row per physics
             step.
         """
-        self._physics_step = 0
-        self._commands = [
-            controller.apply(action) for controller, action in zip(self.controllers.values(), actions, strict=True)
-        ]
-        if self.physics_rate:
-            return self._join([_at(command, 0) for command in self._commands])
-        if self._covers_all:
-            return self._commands[0]
-        if any(command.ndim == 3 for command in self._commands):
-            return self._join([command if command.ndim == 3 else command[:, None] for command in self._commands])
-        return self._join(self._commands)
+        whole, self._physics_step, self._commands = self._held, 0, []
+        for controller, columns, action in zip(self.controllers.values(), self._columns, actions, strict=True):
+            command = controller.apply(action)
+            self._commands.append(command)
+            if command.ndim == 2:
+                whole[..., columns] = command if whole.ndim == 2 else command[:, None]
+            elif self.physics_rate:
+                whole[:, columns] = command[:, 0]
+            else:
+                if whole.ndim == 2:
+                    whole = np.repeat(whole[:, None], command.shape[1], axis=1)
+                whole[..., columns] = command
+        return whole
 
     def update(self) -> Floats:
         """Return the command for all joints for the next physics step, (num_envs, dof)."""
         self._physics_step += 1
-        return self._join(
-            [
-                controller.update() if controller.rate == "physics" else _at(command, self._physics_step)
-                for controller, command in zip(self.controllers.values(), self._commands, strict=True)
-            ]
-        )
-
-    def _join(self, commands: list[Floats]) -> Floats:
-        """Combine the commands of all groups, each of shape (num_envs, dof) or (num_envs, 1 or decimation, dof)."""
-        whole = self._held
-        if commands and commands[0].ndim == 3:
-            rows = max(command.shape[1] for command in commands)
-            whole = np.repeat(whole[:, None], rows, axis=1)
-        for columns, command in zip(self._columns, commands, strict=True):
-            whole[..., columns] = command
-        return whole
-
-
-def _at(command: Floats, physics_step: int) -> Floats:
-    return command if command.ndim == 2 else command[:, physics_step]
+        for controller, columns, command in zip(self.controllers.values(), self._columns, self._commands, strict=True):
+            if controller.rate == "physics":
+                self._held[:, columns] = controller.update()
+            elif command.ndim == 3:
+                self._held[:, columns] = command[:, self._physics_step]
+        return self._held
 
 
 class Control(Stateful):
@@ -173,16 +161,19 @@ class Control(Stateful):
         self.physics_rate = any(robot.physics_rate for robot in robots.values())
         spaces = {name: controller.action_space for name, controller in self.controllers.items()}
         self.action_space = next(iter(spaces.values())) if len(spaces) == 1 else _join_spaces(spaces)
-        self._places: list[list[slice | int]] = []  # columns of each controller's action in the full action, by robot
+        # Part of the full action for each controller, by robot.
+        self._parts: list[list[Any]] = []
         start = 0
         for robot in robots.values():
-            places: list[slice | int] = []
+            parts: list[Any] = []
             for controller in robot.controllers.values():
                 discrete = isinstance(controller.action_space, gym.spaces.Discrete)
                 width = 1 if discrete else controller.action_space.shape[0]  # type: ignore[index]
-                places.append(start if discrete else slice(start, start + width))
+                parts.append((slice(None), start if discrete else slice(start, start + width)))
                 start += width
-            self._places.append(places)
+            self._parts.append(parts)
+        if len(self.controllers) == 1:  # its action is the full action, which may have any shape
+            self._parts = [[...] if parts else [] for parts in self._parts]
 
     def robot(self, name: str) -> RobotHandle:
         """Return the handle of a controlled robot. Its controllers are ``robots[name].controllers``.
@@ -201,13 +192,14 @@ class Control(Stateful):
 
         Args:
             actions: Actions in the batched action space, (num_envs, …).
+
+        Returns:
+            The commands, (num_envs, dof) or (num_envs, decimation, dof) each.
         """
-        if len(self.controllers) == 1:
-            return [self._first.command([actions])]
-        return [
-            robot.command([actions[:, place] for place in places])
-            for robot, places in zip(self.robots.values(), self._places, strict=True)
-        ]
+        commands = []
+        for robot, parts in zip(self.robots.values(), self._parts, strict=True):
+            commands.append(robot.command(map(actions.__getitem__, parts)))
+        return commands
 
     def update(self) -> None:
         """Command the next physics step."""
@@ -216,13 +208,13 @@ class Control(Stateful):
             robot.robot.command(command)
 
     def reset(self, mask: Mask | None) -> None:
-        """Begin an episode. The task must already have placed the robots."""
+        """Begin an episode in the environments selected by ``mask``. The task must already have placed the robots."""
         for controller in self.controllers.values():
             controller.reset(mask)
 
     @property
     def max_action_change(self) -> Floats | None:
-        """Largest action change per control step that the joints can follow.
+        """Largest action change per control step that the joints can follow, with the shape of a single action.
 
         The value is None if the actions of any controller are not joint positions.
         """

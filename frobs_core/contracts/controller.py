@@ -63,7 +63,10 @@ class Controller(Stateful, ABC):
 
     @abstractmethod
     def reset(self, mask: Mask | None) -> None:
-        """Reset the internal state at the start of an episode. Called after the task has placed the robot."""
+        """Reset the internal state of the environments selected by ``mask``, whose episode begins.
+
+        Called after the task has placed the robot.
+        """
 
     @abstractmethod
     def apply(self, action: Action) -> Floats:
@@ -99,11 +102,21 @@ class Controller(Stateful, ABC):
         """
         return {}
 
+    def law(self) -> Mapping[str, Any]:
+        """Return the law of the controller and its numbers, with which another program can compute the same commands.
+
+        Returns:
+            Plain Python types that can be written as JSON: ``law`` (name of the law), ``joints`` (names of the
+            controlled joints), and the numbers of the law for the first environment, which may be infinite. Empty if
+            the controller does not describe its law.
+        """
+        return {}
+
     @property
     def max_action_change(self) -> Floats | None:
-        """Return the largest change in the action per control step that the joints can follow, or None.
+        """Return the largest action change per control step that the joints can follow, with the action space's shape.
 
-        The array has the action space's shape. The values are derived from the joints' velocity limits and are inf for
-        joints without a limit. Return None if actions are not joint positions.
+        The values are derived from the joints' velocity limits and are inf for joints without a limit. Return None if
+        actions are not joint positions.
         """
         return None

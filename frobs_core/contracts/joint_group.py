@@ -102,14 +102,14 @@ class JointGroup(ABC):
 
     @abstractmethod
     def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
-        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin, (num_envs, 3) each."""
+        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of the origin of ``frame``, (num_envs, 3) each."""
 
     @abstractmethod
     def frame_jacobian(self, frame: str) -> Floats:
-        """Return a link's Jacobian, (num_envs, 6, dof): lin_vel_world in rows 0–2 and ang_vel_world in rows 3–5."""
+        """Return the Jacobian of ``frame``, (num_envs, 6, dof): lin_vel_world in rows 0–2, ang_vel_world in 3–5."""
 
     def frame_name(self, frame: str) -> str:
-        """Return the name of an existing link, where ``"tcp"`` stands for the tool center point's link.
+        """Return the name of the existing link ``frame``, where ``"tcp"`` stands for the tool center point's link.
 
         Raises:
             UnknownNameError: There is no link with this name.
@@ -189,17 +189,17 @@ class JointSubset(JointGroup):
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
         """Return the pose of a link in the world frame, at the current or given positions of the group's joints."""
-        whole = self._whole
+        whole, link = self._whole, self.tcp if frame == "tcp" else frame
         if joint_positions is None:
-            return whole.frame_pose(self.frame_name(frame))
+            return whole.frame_pose(link)
         positions = np.repeat(whole.home[:1], len(joint_positions), axis=0)
         positions[:, self.columns] = joint_positions
-        return whole.frame_pose(self.frame_name(frame), positions)
+        return whole.frame_pose(link, positions)
 
     def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
-        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin, (num_envs, 3) each."""
-        return self._whole.frame_velocity(self.frame_name(frame))
+        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of the origin of ``frame``, (num_envs, 3) each."""
+        return self._whole.frame_velocity(self.tcp if frame == "tcp" else frame)
 
     def frame_jacobian(self, frame: str) -> Floats:
-        """Return a link's Jacobian with respect to the group's joints, (num_envs, 6, dof)."""
-        return self._whole.frame_jacobian(self.frame_name(frame))[:, :, self.columns]
+        """Return the Jacobian of ``frame`` with respect to the group's joints, (num_envs, 6, dof)."""
+        return self._whole.frame_jacobian(self.tcp if frame == "tcp" else frame)[:, :, self.columns]

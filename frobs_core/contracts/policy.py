@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 import gymnasium as gym
@@ -45,8 +45,42 @@ class Policy(ABC):
         """Return facts about the latest actions, such as the phase of an expert, (num_envs, …) each."""
         return {}
 
+    def remember(self, action: Action) -> None:
+        """Replace the latest actions in the policy's memory by those that the environment received.
+
+        Called after :meth:`act` if a person has taken over. Only a policy that remembers its own actions needs to
+        override this method.
+
+        Args:
+            action: Actions that the environment received, (num_envs, …).
+        """
+
     def close(self) -> None:
         """Release devices, windows and files. May be called more than once."""
+
+
+class Operator(Policy):
+    """Base class of policies through which a person acts, in one environment.
+
+    :meth:`Policy.info` contains ``"intervention"``, True, which a recording stores as a column.
+    """
+
+    @property
+    @abstractmethod
+    def is_moving(self) -> bool:
+        """Whether the person moves the robot right now, by a drag, a key or a stick."""
+
+    @abstractmethod
+    def offer(self, commands: Sequence[str]) -> None:
+        """Let the person choose from these commands, such as ``"start"`` or ``"take over"``, and from no others."""
+
+    @abstractmethod
+    def command(self) -> str:
+        """Return the next command that the person has chosen, or an empty string. Call this method while waiting."""
+
+    @abstractmethod
+    def show(self, text: str) -> None:
+        """Show a line of text to the person."""
 
 
 class Expert(Policy):

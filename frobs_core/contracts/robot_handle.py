@@ -12,7 +12,7 @@ from frobs_core.description.robot import ALL, CommandMode
 from frobs_core.description.scene import Placement
 from frobs_core.description.sensor import Lidar
 from frobs_core.models.defaults import default_tcp, home_positions
-from frobs_core.models.kinematics import joint_path
+from frobs_core.models.kinematics import joint_path, link_poses
 from frobs_core.models.model import JointType, Pose
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import CapabilityError, SimulationError, UnsuitableRobotError, check_name
@@ -75,7 +75,7 @@ class RobotHandle(JointGroup):
         self._command, self._command_rows = self.holding_command(self.home), None
 
     def expand(self, row: Sequence[float] | Floats) -> Floats:
-        """Repeat per-joint values for all environments, (num_envs, dof)."""
+        """Repeat a ``row`` of per-joint values, (dof,), for all environments, (num_envs, dof)."""
         return np.repeat(np.asarray(row, np.float64)[None], self.num_envs, axis=0)
 
     def group(self, joint_names: Sequence[str], tcp: str | None = None, *, name: str = "") -> JointGroup:
@@ -197,7 +197,7 @@ class RobotHandle(JointGroup):
             joint_positions: (…, dof) [rad or m]
 
         Returns:
-            (…, dof)
+            (…, dof), in the unit of each joint's command mode.
         """
         held = np.array([mode == CommandMode.POSITION for mode in self.command_modes], bool)
         return np.where(held, joint_positions, 0.0)
@@ -258,20 +258,32 @@ class RobotHandle(JointGroup):
         return base_pos + quat_rotate(base_quat, pos), quat_multiply(base_quat, quat)
 
     def planned_frame_pose(self, frame: str, joint_positions: Floats) -> tuple[Floats, Floats]:
-        """Return the pose of a link in the world frame at given joint positions, (k, dof) [rad or m]."""
+        """Return the pose of ``frame`` in the world frame at ``joint_positions``, (k, dof) [rad or m]."""
         pos, quat = self.model.frame_pose(self.frame_name(frame), joint_positions)
         base = np.broadcast_to(np.array(self._start.quat_wxyz), quat.shape)
         return quat_rotate(base, pos) + np.array(self._start.pos), quat_multiply(base, quat)
 
+    def link_poses(self) -> tuple[Floats, Floats]:
+        """Return the poses of all links in the world frame, in the order of ``model.links``.
+
+        Passive joints are at zero, unless the handle reads the poses from its engine.
+
+        Returns:
+            pos (num_envs, links, 3) [m] and quat_wxyz (num_envs, links, 4).
+        """
+        pos, quat = link_poses(self.model, self.joint_positions)
+        base_pos, base_quat = (each[:, None] for each in self.base_pose)
+        return base_pos + quat_rotate(base_quat, pos), quat_multiply(base_quat, quat)
+
     def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
-        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin, (num_envs, 3) each."""
+        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of the origin of ``frame``, (num_envs, 3) each."""
         twist = (self.frame_jacobian(frame) * self.joint_velocities[:, None, :]).sum(axis=-1)  # (num_envs, 6)
         linear, angular = self.base_twist
         lever = self.frame_pose(frame)[0] - self.base_pose[0]
         return twist[:, :3] + linear + np.cross(angular, lever), twist[:, 3:] + angular
 
     def frame_jacobian(self, frame: str) -> Floats:
-        """Return a link's Jacobian, (num_envs, 6, dof): lin_vel_world in rows 0–2 and ang_vel_world in rows 3–5."""
+        """Return the Jacobian of ``frame``, (num_envs, 6, dof): lin_vel_world in rows 0–2, ang_vel_world in 3–5."""
         return self.point_jacobian(self.frame_name(frame), self.frame_pose(frame)[0])
 
     def point_jacobian(self, link: str, point: Floats) -> Floats:
@@ -347,8 +359,8 @@ def active_gains(modes: Sequence[CommandMode], stiffness: Floats, damping: Float
 
     Args:
         modes: Command mode of each joint, (dof,).
-        stiffness: Kp of the drives, (…, dof).
-        damping: Kd of the drives, (…, dof).
+        stiffness: Kp of the drives, (…, dof) [N·m/rad or N/m].
+        damping: Kd of the drives, (…, dof) [N·m·s/rad or N·s/m].
 
     Returns:
         Kp, Kd and the factor that converts a command into an effort (Kp for positions, Kd for velocities, 1 for

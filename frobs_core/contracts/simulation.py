@@ -72,7 +72,7 @@ class Simulation(Stateful, ABC):
         state: All arrays that ``snapshot`` and ``restore`` copy, by name, or None if the simulator overrides these
             methods or does not support ``snapshot``.
         sensor_wrenches: Readings of all ``Placement.force_torque_sensors`` by ``"robot/sensor"``, (num_envs, 6)
-            each, or None if the simulator does not support force-torque sensors.
+            [N, N·m] each, or None if the simulator does not support force-torque sensors.
     """
 
     render_modalities: ClassVar[Sequence[str]] = ("rgb", "depth", "segmentation")
@@ -122,6 +122,11 @@ class Simulation(Stateful, ABC):
         """Simulated time since the reset, (num_envs,) [s]."""
 
     @property
+    def measurement_age(self) -> Floats:
+        """Age of the measured joint states, (num_envs,) [s]. It is 0 if the simulator reads them in ``step``."""
+        return np.zeros(self.num_envs)
+
+    @property
     def diverged(self) -> Mask | None:
         """Mask of the environments in which the engine has failed since their last reset, or None if it never failed."""
         return None
@@ -130,8 +135,9 @@ class Simulation(Stateful, ABC):
     def reset(self, mask: Mask | None = None) -> None:
         """Reset to the scene's initial state at time 0, with robots at rest at home and held by their drives.
 
-        Physical parameters keep their written values. A paced simulator moves the robots to their home positions and
-        returns after they have stopped there. Other bodies are not moved.
+        Only the environments selected by ``mask`` are reset. Physical parameters keep their written values. A paced
+        simulator moves the robots to their home positions and returns after they have stopped there. Other bodies are
+        not moved.
 
         Raises:
             SimulationError: The robots of a paced simulator did not reach their home positions in time.
@@ -176,6 +182,14 @@ class Simulation(Stateful, ABC):
             SimulationError: The engine failed, so no environment can continue.
         """
 
+    def hold(self) -> None:
+        """Command all robots to hold their current positions, with zero velocity or zero effort.
+
+        A paced simulator sends the commands immediately. Otherwise, they apply from the next ``step``.
+        """
+        for robot in self.robots.values():
+            robot.command(robot.holding_command(robot.joint_positions))
+
     def contact(self, name: str) -> Mask:
         """Return whether a declared contact was closed in any physics step of the last ``step``, (num_envs,) bool.
 
@@ -188,7 +202,7 @@ class Simulation(Stateful, ABC):
         return read_only(contacts.closed[:, contacts.scene.contact_number(name)])
 
     def contact_force(self, name: str) -> Floats:
-        """Return the largest normal force of a declared contact in the last ``step``, (num_envs,) [N].
+        """Return the largest normal force of the declared contact ``name`` in the last ``step``, (num_envs,) [N].
 
         For the errors, see :meth:`contact_resultant`.
         """
@@ -284,13 +298,20 @@ class Simulation(Stateful, ABC):
         raise CapabilityError.lacking(self, "wrench")
 
     def parameter(self, name: str, target: str = "") -> Floats:
-        """Return a physical parameter for each environment.
+        """Return a physical parameter for each environment, (num_envs, …).
 
         Args:
             name: Name of the parameter. ``mass`` [kg], ``friction`` and ``size`` have the shape (num_envs,). Changing
                 ``mass`` also scales the inertia. ``size`` is a factor for all lengths of a body and does not affect its
                 mass. The drive gains ``stiffness`` and ``damping``, and ``joint_damping``, have the shape (num_envs,
                 dof). ``gravity`` [m/s²] has the shape (num_envs, 3).
+
+                The other parameters change only images. ``color`` is (num_envs, 3) in [0, 1]. ``light`` is a factor of
+                the brightness of ``"sun"`` or ``"ambient"``. ``camera_position`` [m] and ``camera_rotation``, a rotation
+                vector [rad] in the axes of the camera's image (right, up, back), are (num_envs, 3), and ``camera_fov``
+                [deg] is the vertical field of view. ``texture`` is the number of a pattern of the floor, from 0, the
+                ordinary one, to 64. ``distractors`` is the number of objects without collisions that lie around the
+                scene, up to 8. The fraction after its decimal point chooses their shapes, colors and places.
             target: A scene body or ``"robot/link"`` for mass; a scene body, ``"robot/link"`` or ``"floor"`` for
                 friction; a scene body for size; a robot's name for joint parameters; ``""`` for gravity.
 
@@ -300,14 +321,21 @@ class Simulation(Stateful, ABC):
         raise UnknownNameError("parameter", name, ())
 
     def parameter_targets(self, name: str) -> Sequence[str]:
-        """Return the targets of ``size`` or of a parameter that a plugin adds.
+        """Return the targets of the parameter ``name``: ``size``, one that changes images, or one that a plugin adds.
 
-        For each target, :meth:`parameter` returns an array of the shape (num_envs,).
+        For each target of the latter, :meth:`parameter` returns an array of the shape (num_envs,).
         """
         return ()
 
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
-        """Change a physical parameter. See :meth:`parameter` for names and targets."""
+        """Change a physical parameter. For the names, targets and errors, see :meth:`parameter`.
+
+        Args:
+            name: Name of the parameter.
+            target: Body, link, robot or ``""`` to which the parameter belongs.
+            values: New values, (n, …), in the unit of the parameter.
+            mask: The environments to change.
+        """
         raise UnknownNameError("parameter", name, ())
 
     def snapshot(self) -> Snapshot:

@@ -50,7 +50,7 @@ class StepContext(Stateful):
 
     @property
     def previous_action(self) -> Action:
-        """The action of the previous step, in the format of :attr:`action`."""
+        """The action of the previous step, with the shape and dtype of :attr:`action`."""
         return self._clipped(self.previous_raw_action)
 
     def _clipped(self, given: Action) -> Action:

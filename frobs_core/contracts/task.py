@@ -5,9 +5,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextvars import ContextVar, copy_context
-from functools import wraps
+from dataclasses import dataclass
+from functools import cached_property, reduce, wraps
 from inspect import signature
+from operator import add
 from typing import Any, ClassVar, TypedDict
+
+import numpy as np
 
 from frobs_core.contracts.control import Control
 from frobs_core.contracts.simulation import Simulation
@@ -15,9 +19,11 @@ from frobs_core.contracts.stateful import Stateful
 from frobs_core.contracts.step_context import StepContext
 from frobs_core.deprecation import warn_deprecated
 from frobs_core.description import ObservationTerm
+from frobs_core.description.reward_term import Rewards, reward_meanings, with_rewards
 from frobs_core.description.scene import Marker, Scene
 from frobs_core.plugins.records import Level
 from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.errors import ConfigurationError
 from frobs_core.util.random import RandomSource
 
 
@@ -26,6 +32,21 @@ class ResetOptions(TypedDict, total=False):
 
     goal: Floats
     joint_positions: Floats
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fitted:
+    """Settings that fit a task to an arm. Settings of the user take precedence.
+
+    Attributes:
+        task: Keywords of the task.
+        controller: Keywords of the controller of the arm's first joint group.
+        home: Home positions by joint name [rad or m].
+    """
+
+    task: Mapping[str, Any]
+    controller: Mapping[str, Any]
+    home: Mapping[str, float]
 
 
 class Task(Stateful, ABC):
@@ -42,11 +63,18 @@ class Task(Stateful, ABC):
     environments. Such operations would make the results of a vector environment differ from those of single
     environments.
 
+    Rewards are data: a class that defines ``rewards`` needs neither ``reward`` nor ``reward_terms``, ``reward_types`` or
+    ``reward_meanings``. If its docstring has a line ``{rewards}``, the formulas of all terms are inserted there.
+
     Attributes:
+        rewards: Terms of each reward type, by reward type and name. The first reward type is the default.
         reward_types: Valid values of ``reward_type``, the first of which is the default.
         reset_options: Keys of ``options`` that ``reset`` accepts.
         robots: Names of the robots that the task needs. If one is missing, the environment raises
             MissingSettingError before it builds the simulator.
+        fitting: ``"module:function"`` of the function that fits the task to an arm that is passed as a model file, or empty
+            if the task takes robots as they are. The gripper of the arm is found in the file. The function receives the
+            task's class, the arm's :class:`~frobs_core.description.Robot` and its model, and returns :class:`Fitted`.
         control_timestep: Default time between two actions [s].
         physics_timestep: Default duration of one physics step [s].
         success_rule: Success condition of an episode, as one sentence without a period, for listings and documentation
@@ -62,9 +90,11 @@ class Task(Stateful, ABC):
         reward_type: The selected reward type, set before ``bind``.
     """
 
+    rewards: ClassVar[Rewards] = {}
     reward_types: ClassVar[Sequence[str]] = ("dense",)
     reset_options: ClassVar[Sequence[str]] = ()
     robots: ClassVar[Sequence[str]] = ()
+    fitting: ClassVar[str] = ""
     control_timestep: ClassVar[float] = 0.04
     physics_timestep: ClassVar[float] = 0.002
     success_rule: ClassVar[str] = ""
@@ -74,6 +104,7 @@ class Task(Stateful, ABC):
     expert: ClassVar[str] = ""
 
     reward_type: str
+    _reward_terms: Mapping[str, Floats] = {}
 
     def scene(self) -> Scene:
         """Return everything in the simulation except the controlled robots."""
@@ -105,8 +136,13 @@ class Task(Stateful, ABC):
         """
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
-        """Let the ``bind`` of a subclass work with that of tasks of version 0.2."""
+        """Derive what ``rewards`` implies, and let the ``bind`` of a subclass work with that of tasks of version 0.2."""
         super().__init_subclass__(**kwargs)
+        own = vars(cls)
+        if "rewards" in own:
+            cls.reward_types = own.get("reward_types", tuple(cls.rewards))
+            cls.reward_meanings = own.get("reward_meanings", reward_meanings(cls.rewards))
+        cls.__doc__ = own.get("__doc__") and with_rewards(own["__doc__"], cls.rewards)
         if "bind" in vars(cls):
             cls.bind = _accepting_controller(cls.bind)  # type: ignore[method-assign]
 
@@ -132,13 +168,20 @@ class Task(Stateful, ABC):
         ``reset``. Reading a term must not change any state.
         """
 
-    @abstractmethod
     def reward(self, context: StepContext) -> Floats:
-        """Return the reward of the step that has just ended, (num_envs,)."""
+        """Return the reward of the step that has just ended, (num_envs,): the weighted sum of the terms in ``rewards``."""
+        self._reward_terms = {name: weight * function(self) for name, weight, function in self._weighted_terms}
+        return reduce(add, self._reward_terms.values())
+
+    @cached_property
+    def _weighted_terms(self) -> Sequence[tuple[str, Floats, Callable[[Any], Floats]]]:
+        # The weights are arrays, because NumPy takes three times as long to multiply an array by a Python float.
+        terms = self.rewards[self.reward_type].items()
+        return [(name, np.array(term.weight_in(self)), term.function) for name, term in terms]
 
     def reward_terms(self) -> Mapping[str, Floats]:
         """Return the terms that add up to the last reward, (num_envs,) each, for logs."""
-        return {}
+        return self._reward_terms
 
     def is_terminated(self) -> Mask | None:
         """Return which environments are in a terminal state, (num_envs,) bool, or None if episodes never terminate."""
@@ -148,26 +191,23 @@ class Task(Stateful, ABC):
     def is_success(self) -> Mask:
         """Return which environments currently satisfy the success condition, (num_envs,) bool."""
 
+    def set_goal(self, position: Floats, mask: Mask | None = None) -> None:
+        """Move the goals during an episode, for example because a person drags them. Tasks with such a goal override it.
+
+        The next control step measures the distance to the new goals.
+
+        Args:
+            position: New goals in the world frame, (n, 3) [m]. Tasks whose goals are on the floor ignore z.
+            mask: The n environments to change, (num_envs,) bool, or None for all.
+
+        Raises:
+            ConfigurationError: The task has no goal that can be moved, or a goal is out of range.
+        """
+        raise ConfigurationError(f"the task {type(self).__name__} has no goal that can be moved during an episode.")
+
     def markers(self) -> Sequence[Marker]:
         """Return markers to render in addition to the scene."""
         return ()
-
-
-class GoalTask(Task):
-    """A goal-conditioned task, with observation terms under the keys ``"achieved_goal"`` and ``"desired_goal"``."""
-
-    @abstractmethod
-    def compute_reward(self, achieved_goal: Floats, desired_goal: Floats, info: Any) -> Floats:
-        """Return the reward for given goals, regardless of the current state.
-
-        Args:
-            achieved_goal: (..., k)
-            desired_goal: (..., k)
-            info: Ignored.
-
-        Returns:
-            Rewards of the shape (...), which equal :meth:`reward` for the goals of the last step.
-        """
 
 
 _CONTROL: ContextVar[Control] = ContextVar("_CONTROL")  # of the environment whose task of version 0.2 is bound

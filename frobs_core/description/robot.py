@@ -9,9 +9,11 @@ from functools import cached_property
 from typing import cast
 
 from frobs_core.deprecation import deprecated
+from frobs_core.description.camera import Camera
 from frobs_core.description.sensor import Lidar, Sensor
 from frobs_core.models.defaults import DriveGains
-from frobs_core.models.load import find_reader
+from frobs_core.models.load import find_reader, load_model
+from frobs_core.models.model import RobotModel
 
 ALL = "all"
 """Name of the only joint group of a robot that does not define groups."""
@@ -60,6 +62,8 @@ class EndEffector:
         group: Joint group of the fingers, or empty if the tool has no joints.
         open: Joint positions of the open tool, by joint name [rad or m].
         closed: Joint positions of the closed tool, by joint name [rad or m].
+        gap: Distances between the pads of the closed and the open gripper [m], or None if unknown.
+        has_fixed_jaw: Whether one of the pads does not move.
     """
 
     tcp: str
@@ -67,6 +71,8 @@ class EndEffector:
     group: str = ""
     open: Mapping[str, float] = field(default_factory=dict)
     closed: Mapping[str, float] = field(default_factory=dict)
+    gap: tuple[float, float] | None = None
+    has_fixed_jaw: bool = False
 
     @property
     def is_gripper(self) -> bool:
@@ -100,6 +106,7 @@ class Robot:
             ``"all"``. Groups must not overlap. Joints that are not in a group hold their home position.
         default_controllers: Names of the controllers to use if the user does not choose any, by joint group.
         end_effectors: Tools, by name.
+        cameras: Cameras on the robot's links, by name. The ``frame`` of each is a link.
     """
 
     model: str
@@ -118,6 +125,7 @@ class Robot:
     groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     default_controllers: Mapping[str, str] = field(default_factory=dict)
     end_effectors: Mapping[str, EndEffector] = field(default_factory=dict)
+    cameras: Mapping[str, Camera] = field(default_factory=dict)
 
     def end_effector_of(self, group: str = "") -> EndEffector | None:
         """Return the first end effector that a joint group carries or moves, or None.
@@ -166,6 +174,10 @@ class Robot:
             ModelFileError: A model cannot be read.
         """
         return cast(Robot, find_reader(self.model).attach(self, link, tool, name, pos, rpy))
+
+    def read_model(self) -> RobotModel:
+        """Read the model file. For errors, see :func:`frobs_core.models.load_model`."""
+        return load_model(self.model, xacro_args=self.xacro_args, package_paths=self.package_paths)
 
     @cached_property
     def lidars(self) -> Mapping[str, Lidar]:

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from math import atan, degrees, dist
+from math import dist
 from typing import Literal
 
 import numpy as np
 
 from frobs_core.description.bodies import Body
+from frobs_core.description.camera import Camera
 from frobs_core.description.robot import CommandMode, Robot
 from frobs_core.description.sensor import ForceTorque
-from frobs_core.models import load_model
 from frobs_core.models.defaults import DriveGains, default_gains, home_positions
 from frobs_core.models.kinematics import compose, joint_path, pose_array, pose_from_array
 from frobs_core.models.model import JointType, Pose, RobotModel
@@ -46,65 +46,6 @@ class Contact:
                 f"a contact of '{self.first}' with '{self.second}'",
                 f"ignores {', '.join(self.ignore)}; only a contact whose second side is '*' can ignore bodies.",
             )
-
-
-@dataclass(frozen=True, kw_only=True)
-class Intrinsics:
-    """Focal length and principal point of a camera, as a calibration with OpenCV or ROS returns them.
-
-    The point (x, y, z), with x to the right, y down and z forward, is shown at the column fx · x / z + cx and the row
-    fy · y / z + cy. The center of the upper left pixel is at (0, 0). Images of all sizes show the same section.
-
-    Attributes:
-        fx: Horizontal focal length [pixels].
-        fy: Vertical focal length [pixels].
-        cx: Column of the principal point [pixels].
-        cy: Row of the principal point [pixels].
-        width: Width of the image that these values refer to [pixels].
-        height: Height of the image that these values refer to [pixels].
-    """
-
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-    width: int
-    height: int
-
-    @property
-    def extent(self) -> tuple[float, float, float, float]:
-        """The image's left, right, lower and upper edge at a distance of 1 along the optical axis, y pointing up."""
-        left, upper = (-0.5 - self.cx) / self.fx, (0.5 + self.cy) / self.fy
-        return left, left + self.width / self.fx, upper - self.height / self.fy, upper
-
-
-@dataclass(frozen=True, kw_only=True)
-class Camera:
-    """A camera that is fixed in the world, to a robot's link or to a scene body.
-
-    Attributes:
-        pos: Position relative to ``frame`` [m], or in the world frame if ``frame`` is None.
-        target: Point that the camera looks at, in the same frame [m].
-        fov_y: Vertical field of view [deg]. If there are intrinsics, they define it.
-        frame: ``"robot/link"`` or the name of a scene body, or None for the world.
-        up: Direction that points up in the image, in the same frame. The up direction must not be parallel to the
-            viewing direction. If None, the z axis is used, or the y axis for a camera that looks along z.
-        intrinsics: Focal length and principal point. If None, pixels are square and the principal point is the center
-            of the image.
-    """
-
-    pos: tuple[float, float, float]
-    target: tuple[float, float, float]
-    fov_y: float = 45.0
-    frame: str | None = None
-    up: tuple[float, float, float] | None = None
-    intrinsics: Intrinsics | None = None
-
-    def __post_init__(self) -> None:
-        """Derive the field of view from the intrinsics."""
-        if self.intrinsics is not None:
-            _, _, lower, upper = self.intrinsics.extent
-            object.__setattr__(self, "fov_y", degrees(atan(upper) - atan(lower)))
 
 
 @dataclass(frozen=True)
@@ -253,22 +194,14 @@ class Prop:
     package_paths: Mapping[str, str] = field(default_factory=dict)
 
     def placement(self, name: str) -> Placement:
-        """Return the prop as a robot whose drives apply no effort.
+        """Return the prop as a robot called ``name`` whose drives apply no effort.
 
         Raises:
             ModelFileError: The model file cannot be read.
         """
-        robot = Robot(
-            model=self.model,
-            name=name,
-            xacro_args=self.xacro_args,
-            package_paths=self.package_paths,
-            home=self.home,
-            gains=DriveGains(stiffness=0.0, damping=0.0),
-            base=self.base,
-            friction=self.friction,
-        )
-        model = load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)
+        own = {item.name: getattr(self, item.name) for item in fields(self) if item.name != "pose"}
+        robot = Robot(**own, name=name, gains=DriveGains(stiffness=0.0, damping=0.0))
+        model = robot.read_model()
         return Placement(robot=robot, model=model, pose=self.pose, command_mode=CommandMode.EFFORT)
 
 
@@ -310,6 +243,21 @@ class Scene:
     robot_pose: Pose = field(default_factory=Pose)
     robot_poses: Mapping[str, Pose] = field(default_factory=dict)
 
+    def with_cameras_of(self, robots: Mapping[str, Robot]) -> Scene:
+        """Return the scene with the cameras of robots, which are named like ``"wrist"``.
+
+        If the scene already has a camera of this name, or another robot does, the name is ``"robot_wrist"``.
+
+        Args:
+            robots: Descriptions of the robots, by name.
+        """
+        cameras = dict(self.cameras)
+        for name, robot in robots.items():
+            for key, camera in robot.cameras.items():
+                free = key if key not in cameras else f"{name}_{key}"
+                cameras[free] = replace(camera, frame=f"{name}/{camera.frame}")
+        return replace(self, cameras=cameras)
+
     @property
     def span(self) -> float:
         """Largest viewing distance among the cameras fixed in the world [m], or 0 if there are no such cameras.
@@ -329,7 +277,7 @@ class Scene:
 
         Args:
             body: Name of the body.
-            factors: Scale factors for the body's lengths.
+            factors: Scale factors for the body's lengths, of any shape.
 
         Raises:
             PhysicsParameterError: The body's size cannot be changed, or a factor is not positive.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,22 +23,22 @@ from frobs_core.util.errors import (
     check_name,
 )
 from frobs_core.util.random import RandomSource
-from frobs_core.util.validation import boolean, choice
+from frobs_core.util.validation import boolean, choice, image_size
 
-TYPES: Mapping[str, frozenset[str]] = {
-    "joint_positions": frozenset({"robot"}),
-    "joint_velocities": frozenset({"robot"}),
-    "joint_efforts": frozenset({"robot"}),
-    "tcp_pose": frozenset({"robot"}),
-    "body": frozenset({"body"}),
-    "contact": frozenset({"contact"}),
-    "sensor": frozenset({"sensor", "robot"}),
-    "previous_action": frozenset(),
-    "camera": frozenset({"camera", "size", "modality", "fast", "markers"}),
+TYPES: Mapping[str, Mapping[str, Any]] = {
+    "joint_positions": {"robot": None},
+    "joint_velocities": {"robot": None},
+    "joint_efforts": {"robot": None},
+    "tcp_pose": {"robot": None},
+    "body": {"body": ...},
+    "contact": {"contact": ...},
+    "sensor": {"sensor": ..., "robot": None},
+    "previous_action": {},
+    "camera": {"camera": ..., "size": (84, 84), "modality": "rgb", "fast": True, "markers": False},
 }
-"""Settings that each type of observation term accepts."""
+"""Settings that each type of observation term accepts, with their defaults. ``...`` marks names that are required."""
 
-_OPTIONAL = frozenset({"robot", "size", "modality", "fast", "markers"})
+_JOINT_UNITS = {"joint_positions": "rad or m", "joint_velocities": "rad/s or m/s", "joint_efforts": "N·m or N"}
 
 MODALITIES = ("rgb", "depth")
 
@@ -48,45 +49,42 @@ MAX_SIDE = 4_096
 def read_settings(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the settings of each added term, including the term's type. Terms set to None are omitted.
 
+    Args:
+        given: The keyword ``observations`` of an environment: settings by term.
+
     Raises:
         ConfigurationError: A term has an unknown type or setting, or a required setting is missing.
     """
-    found = {}
+    read = {}
     for name, value in given.items():
         if value is None:  # drops the task's term
             continue
         owner = f"observations.{name}"
         if not isinstance(value, Mapping):
             raise ParameterValueError(owner, value, 'a mapping such as {"type": "joint_positions"}')
-        settings = dict(value)
-        if "camera" in settings:
-            settings.setdefault("type", "camera")
-        kind = str(settings.get("type"))
-        check_name(f"type of the observation term '{name}'", kind, TYPES)
-        check_keys(owner, settings, {"type", *TYPES[kind]})
-        for key in TYPES[kind] - _OPTIONAL:
-            if not isinstance(settings.get(key), str):
+        kind = str(value.get("type", "camera" if "camera" in value else None))
+        defaults = TYPES[check_name(f"type of the observation term '{name}'", kind, TYPES)]
+        check_keys(owner, value, {"type", *defaults})
+        read[name] = settings = {**defaults, **value, "type": kind}
+        for key, default in defaults.items():
+            if default is ... and not isinstance(settings[key], str):
                 raise MissingSettingError(owner, key, f"write the name of a {key}")
         if kind == "camera":
-            _check_camera(owner, settings)
-        found[name] = settings
-    return found
-
-
-def _check_camera(owner: str, settings: dict[str, Any]) -> None:
-    size = settings.setdefault("size", (84, 84))
-    is_whole = isinstance(size, list | tuple) and all(isinstance(side, int | np.integer) for side in size)
-    if not is_whole or len(size) != 2 or not all(0 < side <= MAX_SIDE for side in size):
-        raise ParameterValueError("size", size, f"[height, width] in pixels, each from 1 to {MAX_SIDE}", owner)
-    choice(f"{owner}.modality", settings.setdefault("modality", "rgb"), MODALITIES)
-    for key, default in {"fast": True, "markers": False}.items():
-        boolean(f"{owner}.{key}", settings.setdefault(key, default))
+            settings["size"] = image_size(f"{owner}.size", settings["size"], MAX_SIDE)
+            choice(f"{owner}.modality", settings["modality"], MODALITIES)
+            boolean(f"{owner}.fast", settings["fast"])
+            boolean(f"{owner}.markers", settings["markers"])
+    return read
 
 
 def without_dropped(terms: Mapping[str, ObservationTerm], given: Mapping[str, Any]) -> dict[str, ObservationTerm]:
     """Return a task's terms without the terms that the user sets to None.
 
     The name ``"*"`` drops all terms except goals.
+
+    Args:
+        terms: Terms of the task, by name.
+        given: The keyword ``observations`` of an environment: settings by term.
 
     Raises:
         UnknownNameError: A name to drop does not belong to any of the task's terms.
@@ -105,7 +103,7 @@ def without_dropped(terms: Mapping[str, ObservationTerm], given: Mapping[str, An
 
 
 def needed_capabilities(settings: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Level]]:
-    """Return the capabilities that each term requires of the simulator."""
+    """Return the capabilities that each term requires of the simulator, given the ``settings`` of all added terms."""
     needed = {"camera": "cameras", "contact": "contacts"}
     return {
         f"observations.{name}": {needed[term["type"]]: Level.APPROXIMATE}
@@ -159,7 +157,7 @@ class AddedTerms(Stateful):
         self.stateful = bool(self._sensors)
 
     def reset(self, rng: RandomSource, mask: Mask | None) -> None:
-        """Take the first sensor samples of an episode."""
+        """Take the first sensor samples of an episode in the environments selected by ``mask``."""
         for sensors in self._sensors.values():
             sensors.reset(mask, rng)
 
@@ -169,12 +167,11 @@ class AddedTerms(Stateful):
             sensors.advance(rng)
 
     def stored_parts(self) -> Mapping[str, Sensors]:
-        """Return the sensors that the terms read, by term name."""
         return self._sensors
 
     def _robot(self, name: str, term: Mapping[str, Any]) -> tuple[str, RobotHandle]:
         robots = self._simulation.robots
-        chosen = term.get("robot", next(iter(self._control.robots)))
+        chosen = next(iter(self._control.robots)) if term["robot"] is None else term["robot"]
         return chosen, robots[check_name(f"robot of the observation term '{name}'", chosen, robots)]
 
     def _state(self, name: str, term: Mapping[str, Any]) -> ObservationTerm:
@@ -191,13 +188,8 @@ class AddedTerms(Stateful):
         _, robot = self._robot(name, term)
         if term["type"] == "tcp_pose":
             return _unbounded(lambda: np.concatenate(robot.frame_pose("tcp"), axis=1), 7, "m, 1", proprioceptive=True)
-        reads: dict[str, tuple[Callable[[], Floats], str]] = {
-            "joint_positions": (lambda: robot.joint_positions, "rad or m"),
-            "joint_velocities": (lambda: robot.joint_velocities, "rad/s or m/s"),
-            "joint_efforts": (lambda: robot.joint_efforts, "N·m or N"),
-        }
-        read, unit = reads[term["type"]]
-        return _unbounded(read, robot.dof, unit, proprioceptive=True)
+        read = partial(getattr, robot, term["type"])
+        return _unbounded(read, robot.dof, _JOINT_UNITS[term["type"]], proprioceptive=True)
 
     def _sensor(self, name: str, term: Mapping[str, Any], control_timestep: float) -> ObservationTerm:
         robot, handle = self._robot(name, term)
@@ -208,7 +200,7 @@ class AddedTerms(Stateful):
 
     def _camera(self, name: str, term: Mapping[str, Any]) -> ObservationTerm:
         camera = check_name(f"camera of the observation term '{name}'", term["camera"], self._scene.cameras)
-        size, modality, fast, with_markers = tuple(term["size"]), term["modality"], term["fast"], term["markers"]
+        size, modality, fast, with_markers = term["size"], term["modality"], term["fast"], term["markers"]
         view = {"camera": camera, **asdict(self._scene.cameras[camera]), "modality": modality, "markers": with_markers}
         for key in ("up", "intrinsics"):
             if view[key] is None:  # omit the key, because older exported policies do not contain it

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Annotated, Any
 
@@ -39,13 +39,16 @@ class _Camera(_Settings):
     intrinsics: _Lens | None = None
 
 
-def with_cameras(scene: Scene, given: Mapping[str, Any], robots: Mapping[str, Placement]) -> Scene:
+def with_cameras(
+    scene: Scene, given: Mapping[str, Any], robots: Mapping[str, Placement], mounted: Collection[str] = ()
+) -> Scene:
     """Return a scene with the cameras that the user adds or changes.
 
     Args:
         scene: Scene of the task.
         given: Settings of each camera, by name. Settings of a camera that the scene already has change that camera.
         robots: All robots of the simulation, the controlled ones first.
+        mounted: Names of the cameras that robots bring along. Settings with a position and a target replace them.
 
     Raises:
         ConfigurationError: A setting is unknown, missing or invalid, or two settings contradict each other.
@@ -65,7 +68,10 @@ def with_cameras(scene: Scene, given: Mapping[str, Any], robots: Mapping[str, Pl
             changes["intrinsics"] = read.intrinsics and Intrinsics(**read.intrinsics.model_dump())
         if {"robot", "link", "body"} & read.model_fields_set:
             changes["frame"] = _frame(owner, read, scene, robots)
-        if name not in cameras and not {"pos", "target"} <= changes.keys():
+        is_complete = {"pos", "target"} <= changes.keys()
+        if is_complete and name in mounted:
+            del cameras[name]
+        if name not in cameras and not is_complete:
             known = ", ".join(scene.cameras) or "none"
             raise MissingSettingError(owner, "pos and target", f"only cameras of the scene have defaults: {known}")
         cameras[name] = camera = replace(cameras[name], **changes) if name in cameras else Camera(**changes)

@@ -15,8 +15,9 @@ from frobs_core.description import Placement, Robot, Scene
 from frobs_core.kernel.added_terms import AddedTerms, needed_capabilities, without_dropped
 from frobs_core.kernel.added_terms import read_settings as read_observations
 from frobs_core.kernel.config import KEYWORDS, EnvConfig
+from frobs_core.kernel.fitting import fit_robots
 from frobs_core.kernel.robot_config import RobotConfig, find_record
-from frobs_core.models import load_model
+from frobs_core.models import RobotModel
 from frobs_core.plugins.capabilities import check_capabilities
 from frobs_core.plugins.records import Level, SimulatorRecord, TaskRecord
 from frobs_core.sensing.observation import Observations
@@ -27,6 +28,7 @@ from frobs_core.util.errors import (
     ConflictingOptionsError,
     InvalidTimestepError,
     ParameterValueError,
+    PluginError,
     check_keys,
 )
 from frobs_core.util.keywords import constructor_parameters
@@ -57,6 +59,7 @@ class Parts:
     """
 
     simulation: Simulation
+    scene: Scene
     control: Control
     task: Task
     observations: Observations
@@ -112,12 +115,14 @@ def plan(config: EnvConfig, num_envs: int, same_step: bool = False) -> Plan:
     settings = read_settings(config.randomize)
     observed = read_observations(config.observations)
     robots = config.robot_configs()
-    descriptions = {name: robot.describe() for name, robot in robots.items()}
+    task_class: Any = task.load()
+    fitted = fit_robots(task_class, robots, config.fit)
+    robots, descriptions = fitted.configs, fitted.robots
     chosen = {name: robot.controllers(descriptions[name]) for name, robot in robots.items()}
     records = [record for of_robot in chosen.values() for record, _ in of_robot.values()]
 
     _check_pace(simulator, num_envs, same_step)
-    the_task: Task = build(f"task '{task.name}'", task.load(), config.task_parameters, KEYWORDS)
+    the_task: Task = build(f"task '{task.name}'", task_class, {**fitted.task, **config.task_parameters}, KEYWORDS)
     for name in the_task.robots:
         check_robot(f"task '{task.name}'", name, robots)
     needs = needs_of_task(task, the_task)
@@ -140,6 +145,11 @@ def plan(config: EnvConfig, num_envs: int, same_step: bool = False) -> Plan:
         if config.reward_type is None
         else choice(f"task '{task.name}': reward_type", config.reward_type, the_task.reward_types)
     )
+    if type(the_task).reward is Task.reward and the_task.reward_type not in the_task.rewards:
+        raise PluginError(
+            f"task '{task.name}': {task_class.__name__} defines no reward of type '{the_task.reward_type}'; add its terms "
+            "to 'rewards', or define reward()."
+        )
 
     control, physics = config.control_timestep, config.physics_timestep
     if control is None:
@@ -148,14 +158,18 @@ def plan(config: EnvConfig, num_envs: int, same_step: bool = False) -> Plan:
     physics = the_task.physics_timestep if physics is None else physics
     decimation = count_physics_steps(control, physics)
 
-    scene = the_task.scene()
-    placements = {name: _place(robots[name], descriptions[name], controllers[name], scene, name) for name in robots}
+    of_task = the_task.scene()
+    scene = of_task.with_cameras_of(descriptions)
+    placements = {}
+    for name, description in descriptions.items():
+        model = fitted.models.get(name) or description.read_model()
+        placements[name] = _place(robots[name], description, model, controllers[name], scene, name)
     _check_apart(placements)
     everything = scene.all_robots(placements)
     if config.cameras:
         from frobs_core.kernel.cameras import with_cameras  # imports pydantic
 
-        scene = with_cameras(scene, config.cameras, everything)
+        scene = with_cameras(scene, config.cameras, everything, scene.cameras.keys() - of_task.cameras.keys())
     check_capabilities(simulator.name, simulator.capabilities, _needs_of_cameras(scene, config.cameras))
     if simulator.capabilities.get("contacts", Level.UNSUPPORTED) != Level.UNSUPPORTED:
         scene = with_contacts(scene, everything)
@@ -239,6 +253,7 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
 
     return Parts(
         simulation=simulation,
+        scene=scene,
         control=joined,
         task=task,
         observations=observations,
@@ -285,10 +300,14 @@ def _check_pace(simulator: SimulatorRecord, num_envs: int, same_step: bool) -> N
 
 
 def _place(
-    config: RobotConfig, robot: Robot, controllers: Mapping[str, Controller], scene: Scene, name: str
+    config: RobotConfig,
+    robot: Robot,
+    model: RobotModel,
+    controllers: Mapping[str, Controller],
+    scene: Scene,
+    name: str,
 ) -> Placement:
     """Return a robot's placement, including the command modes of its joints."""
-    model = load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)
     groups = joint_groups(robot, model)
     modes = {joint: controllers[group].command_mode for group in controllers for joint in groups[group]}
     pose = scene.robot_poses.get(name, scene.robot_pose)

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields
-from numbers import Real
 from typing import Any
 
 import numpy as np
 
 from frobs_core.deprecation import rename_keywords
 from frobs_core.kernel.robot_config import RENAMED_KEYWORDS, RobotConfig, RobotKeywords
-from frobs_core.plugins.records import SimulatorRecord, TaskRecord
+from frobs_core.kernel.viewers import check_render_mode
+from frobs_core.plugins.records import SimulatorDefaults, SimulatorRecord, TaskRecord
 from frobs_core.util.errors import ConfigurationError, ConflictingOptionsError, MissingSettingError, ParameterValueError
-from frobs_core.util.validation import check_mappings, check_type, choice, whole_number
-
-RENDER_MODES = ("rgb_array", "human")
+from frobs_core.util.validation import boolean, check_types, image_size, whole_number
 
 MAX_THREADS = 1_024
 """Maximum number of threads or worker processes of a simulator."""
@@ -42,7 +40,8 @@ class EnvConfig(RobotKeywords):
             or ``controller_kwargs`` uses the environment's value of that field.
         simulator: Name of the simulator, or a simulator record.
         reward_type: One of the task's reward types, or None for the first reward type.
-        render_mode: ``"rgb_array"``, ``"human"`` or None.
+        render_mode: ``"rgb_array"`` for images, ``"human"`` for the window of the simulator, the name of another viewer
+            that a plugin provides, such as ``"browser"``, or None.
         camera: Camera that ``render`` uses, or None for the scene's first camera.
         render_size: Size of rendered images, (height, width) [pixels].
         control_timestep: Time between two actions [s]. Defaults to the controller's timestep, or to the task's timestep
@@ -60,6 +59,9 @@ class EnvConfig(RobotKeywords):
             the scene already has a camera with this name, only the given settings change.
         num_threads: Number of engine threads, or 0 for one thread per processor.
         randomize: Domain randomization settings; see :mod:`frobs_core.sensing.randomization`.
+        fit: Whether to fit the task to its robot: the place and the sizes of objects, the start posture and the arm's
+            steps. By default, a task is fitted to a robot that is passed as a model file. Keywords that you set yourself
+            take precedence. Tasks that do not support it ignore this keyword.
         task_parameters: Keywords of the task.
 
     Raises:
@@ -80,23 +82,24 @@ class EnvConfig(RobotKeywords):
     cameras: Mapping[str, Any] = field(default_factory=dict)
     num_threads: int = 0
     randomize: Mapping[str, Any] | None = None
+    fit: bool | None = None
     task_parameters: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_type(self, (str, TaskRecord), "a name or a TaskRecord", "task")
-        check_type(self, (str, SimulatorRecord), "a name or a SimulatorRecord", "simulator")
-        check_type(self, (str, type(None)), "a name or None", "reward_type", "camera")
-        check_type(self, (Real, type(None)), "a number of seconds or None", "control_timestep", "physics_timestep")
-        check_mappings(self, "simulator_kwargs", "observations", "cameras", "task_parameters")
-        check_mappings(self, "randomize", "robots", optional=True)
+        check_types(
+            self,
+            task=(str | TaskRecord, "a name or a TaskRecord"),
+            simulator=(str | SimulatorRecord, "a name or a SimulatorRecord"),
+        )
+        if isinstance(self.simulator_kwargs, SimulatorDefaults):
+            object.__setattr__(self, "simulator_kwargs", self.simulator_kwargs.of(self.simulator))
         whole_number("num_threads", self.num_threads, highest=MAX_THREADS)
+        if self.fit is not None:
+            boolean("fit", self.fit)
         if self.render_mode is not None:
-            choice("render_mode", self.render_mode, RENDER_MODES)
-        size = tuple(self.render_size) if isinstance(self.render_size, Iterable) else ()
-        if len(size) != 2 or not all(isinstance(side, int | np.integer) and 0 < side <= MAX_SIDE for side in size):
-            raise ParameterValueError("render_size", self.render_size, f"(height, width) in pixels, up to {MAX_SIDE:,}")
-        object.__setattr__(self, "render_size", size)
+            check_render_mode(self.render_mode)
+        object.__setattr__(self, "render_size", image_size("render_size", self.render_size, MAX_SIDE))
 
     @classmethod
     def from_dict(cls, keywords: Mapping[str, Any]) -> EnvConfig:
@@ -136,16 +139,25 @@ class EnvConfig(RobotKeywords):
         Raises:
             ConfigurationError: A field contains an object that is not JSON-serializable, such as a record.
         """
-        return {name: _plain(name, value) for name, value in self._keywords().items()}
+        keywords = self._keywords()
+        for name, value in keywords.items():
+            try:
+                json.dumps(value, allow_nan=False)
+            except (TypeError, ValueError) as error:
+                raise ConfigurationError(
+                    f"the keyword '{name}' cannot be converted to JSON: {error}; use strings, numbers, lists and "
+                    "dictionaries."
+                ) from error
+        return keywords
 
     def _keywords(self) -> dict[str, Any]:
         own = {item.name: getattr(self, item.name) for item in fields(self) if item.name != "task_parameters"}
-        return {name: value for name, value in own.items() if value != _DEFAULTS[name]} | dict(self.task_parameters)
+        changed = {name: value for name, value in own.items() if value != _DEFAULTS[name]}
+        keywords: dict[str, Any] = _lists({**changed, **self.task_parameters})
+        return keywords
 
     def __eq__(self, other: object) -> bool:
-        if not isinstance(other, EnvConfig):
-            return NotImplemented
-        return bool(_lists(self._keywords()) == _lists(other._keywords()))
+        return self._keywords() == other._keywords() if isinstance(other, EnvConfig) else NotImplemented
 
 
 _DEFAULTS = {
@@ -153,18 +165,6 @@ _DEFAULTS = {
 }
 KEYWORDS = frozenset(_DEFAULTS) - {"task_parameters"}
 """Names of the keywords that every environment accepts, regardless of its task."""
-
-
-def _plain(name: str, value: Any) -> Any:
-    """Return a value converted to JSON types."""
-    plain = _lists(value)
-    try:
-        json.dumps(plain, allow_nan=False)
-    except (TypeError, ValueError) as error:
-        raise ConfigurationError(
-            f"the keyword '{name}' cannot be converted to JSON: {error}; use strings, numbers, lists and dictionaries."
-        ) from error
-    return plain
 
 
 def _lists(value: Any) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from operator import methodcaller
+from operator import call, itemgetter
 from typing import Any, TypeAlias
 
 import gymnasium as gym
@@ -15,12 +15,12 @@ from frobs_core.contracts import Controller, GoalTask, Snapshot, Stateful, Task
 from frobs_core.description import Observation
 from frobs_core.kernel.added_terms import AddedTerms
 from frobs_core.kernel.compose import Parts, compose
-from frobs_core.kernel.config import RENDER_MODES, EnvConfig
+from frobs_core.kernel.config import EnvConfig
 from frobs_core.kernel.copying import CopiedByArguments
 from frobs_core.kernel.inputs import batch_options, invalid_action
+from frobs_core.kernel.viewers import Metadata, open_viewer, render_modes
 from frobs_core.util.arrays import Action, Floats, Mask, widened
 from frobs_core.util.errors import ResetNeededError
-from frobs_core.util.random import RandomSource
 
 StepResult: TypeAlias = tuple[Observation, Floats, Mask | None, Mask | None, dict[str, Any]]
 """Result of a control step: observation, (num_envs, …); reward, (num_envs,); terminated episodes, (num_envs,) bool or
@@ -61,36 +61,34 @@ class Loop(Stateful):
         self.after_step: list[Callable[[StepResult], None]] = []
         self.before_autoreset: list[Callable[[Mask], None]] = []
         self.discrete = not isinstance(parts.control.action_space, gym.spaces.Box)
-        # Optional parts of a step are resolved here, so that a step does not test for them or call empty methods.
         self._robots = [(name, robot.robot) for name, robot in parts.control.robots.items()]
         # The usual case: one command goes directly from a controller to its robot.
         self._only = parts.control.only if randomization is None else None
         self._reads = parts.observations.vector_reads or []
         self._observe = self._observe_vectors if self._reads else parts.observations.observe
-        self._act = _unchanged if randomization is None else randomization.act
-        self._degrade = _unchanged if randomization is None else randomization.observe
         self.added_terms = parts.added_terms
         self._read_terms: dict[str, AddedTerms] = {}  # terms outside the observation, by their settings
         self._sampled = [parts.added_terms] if parts.added_terms.stateful else []
         self._physics_rate = parts.control.physics_rate
-        self._is_terminated = methodcaller("is_terminated") if _overrides(parts.task, Task, "is_terminated") else _never
-        self._reports: list[tuple[Any, Callable[[Any], Any], _Keys]] = [
-            (parts.task, methodcaller("reward_terms"), _Keys("frobs/reward/"))
-        ]
+        self._can_terminate = _overrides(parts.task, Task, "is_terminated")
+        # Parts whose info() is called at each step, and the prefix of their values in the environment's info.
+        self._info_sources: list[tuple[Any, str]] = []
         if parts.simulation.pacer is not None:
-            self._reports.append((parts.simulation.pacer, methodcaller("info"), _Keys("frobs/")))
+            self._info_sources.append((parts.simulation.pacer, "frobs/"))
         controllers = parts.control.controllers
         for name, controller in controllers.items():
             if _overrides(controller, Controller, "info"):
                 prefix = "frobs/" if len(controllers) == 1 else f"frobs/{name}/"
-                self._reports.append((controller, methodcaller("info"), _Keys(prefix)))
+                self._info_sources.append((controller, prefix))
 
     def _observe_vectors(self) -> Observation:
         # Converted to float32 after concatenating, because np.concatenate with a dtype takes twice as long.
-        return np.concatenate([read() for read in self._reads], axis=1).astype(np.float32)
+        return np.concatenate(list(map(call, self._reads)), axis=1).astype(np.float32)
 
     def batch_options(self, options: Mapping[str, Any] | None) -> Mapping[str, Floats]:
-        """Validate the reset options, and repeat them for every environment; see :func:`.batch_options`.
+        """Validate the reset options, and repeat them for every environment, (num_envs, …) each.
+
+        For the other errors, see :func:`.batch_options`.
 
         Raises:
             CapabilityError: The simulator does not support a capability that a reset with these options requires.
@@ -100,7 +98,12 @@ class Loop(Stateful):
         return batched
 
     def begin(self, mask: Mask | None, options: Mapping[str, Any]) -> Observation:
-        """Begin an episode in the environments selected by ``mask``, and return the observation of all environments."""
+        """Begin an episode in the environments selected by ``mask``, and return the observation of all environments.
+
+        Args:
+            mask: Mask of the environments, or None for all environments.
+            options: Reset options from :meth:`batch_options`.
+        """
         self.rng.begin_episode(mask)
         if self.randomization is not None:
             self.randomization.begin_physics(self.rng, mask)
@@ -131,7 +134,9 @@ class Loop(Stateful):
         if self._only is not None:
             commands = [self._only.apply(actions)]
         else:
-            commands = self._act(rng, self.control.commands(actions))
+            commands = self.control.commands(actions)
+            if self.randomization is not None:
+                commands = self.randomization.act(rng, commands)
         for (name, robot), command in zip(self._robots, commands, strict=True):
             robot.command(command)
             context.commands[name] = command if command.ndim == 2 else command[:, -1]
@@ -143,20 +148,27 @@ class Loop(Stateful):
         task.advance(context)  # computes the quantities that the task's methods below use
         for terms in self._sampled:
             terms.advance(rng)
-        observation = self._degrade(rng, self._observe())
+        observation = self._observe()
+        if self.randomization is not None:
+            observation = self.randomization.observe(rng, observation)
         reward = task.reward(context)
-        terminated = self._is_terminated(task)
-        info = {"is_success": task.is_success()}
-        for part, report, keys in self._reports:  # follows task.reward(), because the reports include reward terms
-            for name, values in report(part).items():
-                info[keys[name]] = values
+        terminated = task.is_terminated() if self._can_terminate else None
+        info: dict[str, Any] = {"is_success": task.is_success()}
+        for name, values in task.reward_terms().items():
+            info["frobs/reward/" + name] = values
+        for part, prefix in self._info_sources:
+            for name, values in part.info().items():
+                info[prefix + name] = values
         result = observation, reward, terminated, self.simulation.diverged, info
         for callback in self.after_step:
             callback(result)
         return result
 
     def read_terms(self, settings: Mapping[str, Any]) -> dict[str, np.ndarray[Any, Any]]:
-        """Read observation terms outside the observation, (num_envs, …) each; see :meth:`.RobotEnv.read_terms`."""
+        """Read observation terms outside the observation, (num_envs, …) each.
+
+        For the arguments and errors, see :meth:`.RobotEnv.read_terms`.
+        """
         key = repr(settings)
         if key not in self._read_terms:
             terms = self._read_terms[key] = self._bind_terms(settings)
@@ -167,12 +179,11 @@ class Loop(Stateful):
         return {name: np.array(term.read(), term.dtype) for name, term in self._read_terms[key].terms.items()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot in all parts."""
         super().restore(snapshot)
         self._sample_again(None)
 
     def restore_rows(self, mask: Mask, snapshot: Snapshot, rows: npt.NDArray[np.int64]) -> None:
-        """Restore the n environments selected by ``mask``, except their random streams, from ``rows`` of a snapshot."""
+        """Restore the n environments of ``mask``, except their random streams, from ``rows`` (n,) of a snapshot."""
         for name, part in self.stored_parts().items():
             if part is self.rng:
                 continue
@@ -188,7 +199,6 @@ class Loop(Stateful):
             terms.reset(self.rng, mask)
 
     def stored_parts(self) -> dict[str, Any]:
-        """Return all parts of the environment that have a state."""
         parts = {
             "simulation": self.simulation,
             "task": self.task,
@@ -207,30 +217,6 @@ def _put_rows(array: np.ndarray[Any, Any], mask: Mask, rows: np.ndarray[Any, Any
     changed = widened(array, shape)
     changed[mask] = widened(rows, shape)
     return changed
-
-
-class _Keys(dict[str, str]):
-    """Info keys, cached by the name of the reported value so that each string is built only once.
-
-    Args:
-        prefix: Prefix of the keys.
-    """
-
-    def __init__(self, prefix: str) -> None:
-        super().__init__()
-        self._prefix = prefix
-
-    def __missing__(self, name: str) -> str:
-        self[name] = key = self._prefix + name
-        return key
-
-
-def _unchanged(rng: RandomSource, values: Any) -> Any:
-    return values
-
-
-def _never(task: Task) -> None:
-    return None
 
 
 def _overrides(part: object, base: type, method: str) -> bool:
@@ -254,6 +240,8 @@ class RobotEnv(CopiedByArguments, gym.Env[Any, Any]):
         control: All controllers.
         robot: Handle of the first controlled robot.
         controller: Controller of the first controlled robot's first joint group.
+        scene: Everything in the simulation except the controlled robots.
+        viewer: Viewer that ``render_mode`` names, or None.
         observations: Observation terms, with their columns and units.
         step_context: Data about the latest step, for use by the task.
         after_reset: Functions to call after each reset; see :class:`frobs_core.kernel.env.Loop`.
@@ -268,7 +256,7 @@ class RobotEnv(CopiedByArguments, gym.Env[Any, Any]):
         ConfigurationError: A value is invalid.
     """
 
-    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES)}  # noqa: RUF012 - declared as in Gymnasium
+    metadata = Metadata()
 
     def __init__(self, **keywords: Any) -> None:
         self.config = config = EnvConfig.from_dict(keywords)
@@ -277,6 +265,7 @@ class RobotEnv(CopiedByArguments, gym.Env[Any, Any]):
         self.step_context = parts.context
         self.after_reset, self.after_step = self._loop.after_reset, self._loop.after_step
         self.simulation, self.control, self.task = parts.simulation, parts.control, parts.task
+        self.scene = parts.scene
         self.robot, self.controller = parts.robot, parts.controller
         self.randomization = parts.randomization
         self.control_timestep, self.decimation = parts.control_timestep, parts.decimation
@@ -285,12 +274,13 @@ class RobotEnv(CopiedByArguments, gym.Env[Any, Any]):
         self.observations = parts.observations
         self.observation_space = parts.observations.space
         self.render_mode = config.render_mode
-        self.metadata = {"render_modes": list(RENDER_MODES), "render_fps": round(1.0 / parts.control_timestep)}
+        self.metadata = {"render_modes": render_modes(), "render_fps": round(1.0 / parts.control_timestep)}
         self._seeded = self._running = False
         self._checked = self._check_discrete if self._loop.discrete else self._check_box
-        self._row = _rows_of if isinstance(self.observation_space, gym.spaces.Dict) else _row_of
+        self._row = _rows_of if isinstance(self.observation_space, gym.spaces.Dict) else itemgetter(0)
         if isinstance(parts.task, GoalTask):
             self.compute_reward = parts.task.compute_reward  # hindsight experience replay calls this method
+        self.viewer = open_viewer(self, config.render_mode)
 
     def reset(self, *, seed: int | None = None, options: Mapping[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode.
@@ -313,8 +303,8 @@ class RobotEnv(CopiedByArguments, gym.Env[Any, Any]):
             self._seeded = True
         observation = self._loop.begin(None, batched)
         self._running = True
-        if self.render_mode == "human":
-            self.simulation.open_viewer()
+        if self.viewer is not None:
+            self.viewer.update()
         info = {}
         if self.randomization is not None:
             info["frobs/randomization"] = {name: values[0] for name, values in self.randomization.values.items()}
@@ -400,11 +390,9 @@ class RobotEnv(CopiedByArguments, gym.Env[Any, Any]):
     def close(self) -> None:
         """Release the simulation. Repeated calls have no effect."""
         self._running = False
+        if self.viewer is not None:
+            self.viewer.close()
         self.simulation.close()
-
-
-def _row_of(observation: Any) -> Any:
-    return observation[0]
 
 
 def _rows_of(observation: Any) -> Any:

@@ -13,7 +13,7 @@ from frobs_core.util.errors import InvalidActionError, ParameterValueError, Rese
 
 
 def as_numbers(action: Any, dtype: type[np.generic], space: gym.Space[Any]) -> Action:
-    """Return an action as an array.
+    """Return an action as an array of the same shape.
 
     Raises:
         InvalidActionError: The action does not consist of numbers, or its rows have different lengths.

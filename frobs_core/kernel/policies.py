@@ -7,7 +7,6 @@ import os
 from collections.abc import Mapping
 from copy import deepcopy
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import Any, cast
 
@@ -20,6 +19,7 @@ from frobs_core.deprecation import deprecated, warn_deprecated
 from frobs_core.description.observation_term import Observation
 from frobs_core.plugins.records import PolicyRecord
 from frobs_core.util.arrays import Action, Mask
+from frobs_core.util.attributes import load_attribute
 from frobs_core.util.errors import PluginError, RunError, UnknownParameterError
 from frobs_core.util.install_hints import local_install_hint
 from frobs_core.util.keywords import constructor_parameters
@@ -88,11 +88,11 @@ class TaskExpert(Policy):
         Raises:
             RunError: The task has no expert.
         """
-        module, _, name = getattr(getattr(env.unwrapped, "task", None), "expert", "").partition(":")
-        if not module:
+        expert: str = getattr(getattr(env.unwrapped, "task", None), "expert", "")
+        if not expert:
             id = env.spec.id if env.spec is not None else type(env.unwrapped).__name__
             raise RunError(f"the task of {id} has no scripted expert; use another policy: frobs list policies.")
-        cls = getattr(import_module(module), name)
+        cls = load_attribute(expert)
         self.takes_observation = len(inspect.signature(cls.act).parameters) > 2
         if self.takes_observation:
             self.expert = cls()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from numbers import Real
 from pathlib import Path
@@ -13,13 +13,13 @@ from typing import Any
 from frobs_core import plugins
 from frobs_core.deprecation import rename_keywords
 from frobs_core.description import ALL, DifferentialDrive, Robot
+from frobs_core.kernel.robot_file import is_robot_file, read_robot_file
 from frobs_core.models import (
     Pose,
     RobotModel,
     compose,
     default_tcp,
     home_positions,
-    load_model,
     pose_array,
     pose_from_array,
 )
@@ -28,7 +28,7 @@ from frobs_core.plugins.records import AnyRecord, ControllerDefaults, Controller
 from frobs_core.sensing.sensors.settings import apply_settings
 from frobs_core.util.errors import MissingSettingError, ParameterValueError, check_keys, check_name
 from frobs_core.util.rotations import quat_from_rpy
-from frobs_core.util.validation import check_fields, check_mappings, check_type, choice, number_list, positive
+from frobs_core.util.validation import check_fields, check_types, choice, number_list, positive
 
 RENAMED_KEYWORDS = {"robot_args": "xacro_args"}
 """New names of keywords of version 0.2."""
@@ -45,8 +45,9 @@ class RobotKeywords:
     """Keywords of one robot, which an environment with a single robot accepts as its own.
 
     Args:
-        robot: Name of the robot, path of a URDF, xacro or MJCF file, or a robot description. ``"ARM+TOOL"`` attaches a
-            named tool to the tool center point of an arm, for example ``"irb120+parallel_gripper"``.
+        robot: Name of the robot, path of a URDF, xacro or MJCF file, path of a YAML file with keywords of this class
+            (:mod:`frobs_core.kernel.robot_file`), or a robot description. ``"ARM+TOOL"`` attaches a named tool to the
+            tool center point of an arm, for example ``"irb120+parallel_gripper"``.
         controller: Name or record of the controller for the robot's first joint group, or a mapping from joint groups
             to controllers. In the mapping, None leaves a group without a controller. Omitted groups use the robot's
             default controllers.
@@ -56,6 +57,13 @@ class RobotKeywords:
         package_paths: Folders of the ROS packages that the robot's model file refers to, by package name.
         home: Rest positions by joint name [rad or m]. Omitted joints keep the robot's default.
         tcp: Link that serves as the tool center point, or None for the robot's default.
+        gripper: What is known about the gripper of a model file: names of the joints that move its fingers, or a mapping
+            with ``joints``, ``arm``, ``palm``, ``pads``, ``fixed_jaw``, ``tcp`` (``{"pos": [x, y, z], "rpy": [roll,
+            pitch, yaw]}`` relative to the palm), ``open``, ``closed``, ``gap``, ``levers`` and ``controller`` [m, rad].
+            The rest is found in the file. ``frobs doctor robot FILE --write robot.yaml`` writes all of them.
+        attach: Gripper to mount on the arm: a robot's name, the path of a model file, ``"GRIPPER@LINK"``, or a mapping
+            with ``robot``, ``link``, ``pos`` [m] and ``rpy`` [rad]. The link that carries it defaults to the arm's tool
+            center point, or else to the last link.
         sensors: Overrides of sensor settings, by sensor name, for example ``{"lidar": {"rays": 36, "noise": 0.01}}``;
             see :mod:`frobs_core.sensing.sensors`.
         base: Type of the robot's base: ``"fixed"``, ``"floating"`` if the root link moves freely, or ``"wheeled"`` if
@@ -77,21 +85,33 @@ class RobotKeywords:
     package_paths: Mapping[str, str] = field(default_factory=dict)
     home: Mapping[str, float] = field(default_factory=dict)
     tcp: str | None = None
+    gripper: Mapping[str, Any] | Sequence[str] = field(default_factory=dict)
+    attach: str | Mapping[str, Any] | None = None
     sensors: Mapping[str, Any] | None = None
     base: str | None = None
     differential_drive: Mapping[str, Any] | None = None
 
     def __post_init__(self) -> None:
-        check_type(self, (str, Robot), "a name, the path of a model file or a Robot", "robot")
-        check_type(
+        if isinstance(self.gripper, str | list | tuple):
+            joints = self.gripper.split(",") if isinstance(self.gripper, str) else self.gripper
+            object.__setattr__(self, "gripper", {"joints": [str(joint).strip() for joint in joints]} if joints else {})
+        if is_robot_file(self.robot):
+            from frobs_core.util.yaml import merge  # imports PyYAML
+
+            for name, value in read_robot_file(str(self.robot)).items():
+                chosen = getattr(self, name)
+                if isinstance(value, Mapping) and isinstance(chosen, Mapping):
+                    object.__setattr__(self, name, merge(value, chosen))
+                elif name == "robot" or not chosen:
+                    object.__setattr__(self, name, value)
+        rule = "a name, a ControllerRecord or a mapping from joint groups to controllers"
+        check_types(
             self,
-            (str, ControllerRecord, Mapping),
-            "a name, a ControllerRecord or a mapping from joint groups to controllers",
-            "controller",
+            robot=(str | Robot, "a name, the path of a model file or a Robot"),
+            controller=(str | ControllerRecord | Mapping, rule),
+            gripper=(Mapping, "names of joints, or a mapping"),
+            attach=(str | Mapping | None, "the name or the file of a gripper, or a mapping"),
         )
-        check_type(self, (str, type(None)), "a name or None", "tcp", "base")
-        check_mappings(self, "controller_kwargs", "xacro_args", "package_paths", "home")
-        check_mappings(self, "sensors", "differential_drive", optional=True)
         for joint, position in self.home.items():
             if not isinstance(position, Real) or isinstance(position, bool):
                 raise ParameterValueError(f"home of joint '{joint}'", position, "a number [rad or m]")
@@ -132,6 +152,19 @@ class RobotConfig(RobotKeywords):
         check_keys(f"robots.{name}", value, [item.name for item in fields(cls)])
         return cls(**{**defaults, **value})
 
+    @property
+    def is_file(self) -> bool:
+        """Whether the robot is described by its model file alone."""
+        return isinstance(self.robot, str) and _SUFFIX.search(self.robot) is not None
+
+    @property
+    def from_file(self) -> bool:
+        """Whether the robot, or the gripper that is attached to it, is described by its model file alone."""
+        attached = (
+            self.attach.get("robot") if isinstance(self.attach, Mapping) else (self.attach or "").partition("@")[0]
+        )
+        return self.is_file or _SUFFIX.search(str(attached)) is not None
+
     def describe(self) -> Robot:
         """Return the robot description with all changes of this configuration.
 
@@ -141,6 +174,8 @@ class RobotConfig(RobotKeywords):
             ConfigurationError: A sensor setting cannot be used.
         """
         description = _look_up(self.robot, self.xacro_args, self.package_paths)
+        if self.attach:
+            description = _attached(description, self.attach, self.package_paths)
         changes: dict[str, Any] = {} if self.tcp is None else {"tcp": self.tcp}
         if self.home:
             changes["home"] = {**description.home, **self.home}
@@ -253,15 +288,28 @@ def _look_up(robot: str | Robot, xacro_args: Mapping[str, str], package_paths: M
     arm_name, _, tool_name = str(robot).rpartition("+") if is_name else ("", "", "")
     if arm_name:
         arm, tool = _look_up(arm_name, xacro_args, package_paths), _look_up(tool_name, {}, package_paths)
-        model = load_model(arm.model, xacro_args=arm.xacro_args, package_paths=arm.package_paths)
-        return arm.attach(arm.tcp or default_tcp(model), tool)
-    found = _named(robot)
-    changes: dict[str, Any] = {}
-    if xacro_args:
-        changes["xacro_args"] = {**found.xacro_args, **xacro_args}
-    if package_paths:
-        changes["package_paths"] = {**found.package_paths, **package_paths}
-    return replace(found, **changes) if changes else found
+        return arm.attach(arm.tcp or default_tcp(arm.read_model()), tool)
+    named = _named(robot)
+    return replace(
+        named,
+        xacro_args={**named.xacro_args, **xacro_args},
+        package_paths={**named.package_paths, **package_paths},
+    )
+
+
+def _attached(arm: Robot, attach: str | Mapping[str, Any], package_paths: Mapping[str, str]) -> Robot:
+    """Return an arm with a gripper. The gripper of a model file is not described: it is found like that of an arm."""
+    settings: Mapping[str, Any] = (
+        attach if isinstance(attach, Mapping) else dict(zip(("robot", "link"), attach.split("@"), strict=False))
+    )
+    check_keys("attach", settings, ("robot", "link", "pos", "rpy"))
+    name = str(settings.get("robot", ""))
+    pose = {key: number_list(f"attach.{key}", settings[key], 3) for key in ("pos", "rpy") if key in settings}
+    link = settings.get("link") or arm.tcp or default_tcp(arm.read_model())
+    joined = arm.attach(str(link), _look_up(name, {}, package_paths), **pose)  # type: ignore[arg-type]
+    if not _SUFFIX.search(name):
+        return joined
+    return replace(joined, groups={}, end_effectors={}, default_controllers=arm.default_controllers, tcp=None)
 
 
 def _named(robot: str | Robot) -> Robot:

@@ -20,10 +20,11 @@ from frobs_core.contracts import Snapshot
 from frobs_core.deprecation import deprecated
 from frobs_core.description import Observation
 from frobs_core.kernel.compose import compose
-from frobs_core.kernel.config import RENDER_MODES, EnvConfig
+from frobs_core.kernel.config import EnvConfig
 from frobs_core.kernel.copying import CopiedByArguments
 from frobs_core.kernel.env import Loop
 from frobs_core.kernel.inputs import as_numbers, invalid_action, option_mapping
+from frobs_core.kernel.viewers import Metadata, open_viewer, render_modes
 from frobs_core.util.arrays import Action, Mask, rows_of
 from frobs_core.util.errors import ParameterValueError, ResetNeededError, ResetOptionError
 from frobs_core.util.validation import whole_number
@@ -51,9 +52,13 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         final_observation: Final observations of the latest step in which episodes ended, (num_envs, …). Only the rows
             of environments whose episode ended are valid.
         before_autoreset: Functions to call before each automatic reset.
+
+    Raises:
+        ParameterValueError: ``stagger`` is set without a time limit.
+        FrobsError: See :class:`~frobs_core.kernel.env.RobotEnv`.
     """
 
-    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES)}  # noqa: RUF012 - declared as in Gymnasium
+    metadata = Metadata()
 
     def __init__(
         self,
@@ -74,6 +79,7 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         self.after_reset, self.after_step = self._loop.after_reset, self._loop.after_step
         self.before_autoreset = self._loop.before_autoreset
         self.simulation, self.control, self.task = parts.simulation, parts.control, parts.task
+        self.scene = parts.scene
         self.robot, self.controller = parts.robot, parts.controller
         self.randomization = parts.randomization
         self.control_timestep, self.decimation = parts.control_timestep, parts.decimation
@@ -85,7 +91,7 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.render_mode = config.render_mode
         self.metadata = {
-            "render_modes": list(RENDER_MODES),
+            "render_modes": render_modes(),
             "render_fps": round(1.0 / parts.control_timestep),
             "autoreset_mode": self.autoreset_mode,
         }
@@ -98,6 +104,7 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         self._all = np.ones(num_envs, np.bool_)
         self._seeded = False
         self._checked = self._check_discrete if self._loop.discrete else self._check_box
+        self.viewer = open_viewer(self, config.render_mode)
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Mapping[str, Any] | None = None
@@ -131,8 +138,8 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
             self._elapsed[:] = np.floor(drawn * self.max_episode_steps)
         observation = self._loop.begin(mask, batched)
         self._ended[rows] = False
-        if self.render_mode == "human":
-            self.simulation.open_viewer()
+        if self.viewer is not None:
+            self.viewer.update()
         return observation, self._reset_info(self._all if mask is None else mask)
 
     def _reset_mask(self, given: Any) -> Mask:
@@ -267,7 +274,10 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         return array
 
     def read_terms(self, settings: Mapping[str, Any]) -> dict[str, np.ndarray[Any, Any]]:
-        """Read observation terms outside the observation, (num_envs, …) each; see :meth:`.RobotEnv.read_terms`."""
+        """Read observation terms outside the observation, (num_envs, …) each.
+
+        For the arguments and errors, see :meth:`frobs_core.kernel.env.RobotEnv.read_terms`.
+        """
         return self._loop.read_terms(settings)
 
     def render(self) -> tuple[Any, ...] | None:
@@ -304,11 +314,13 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
 
     @deprecated(instead="after_reset.append", since="0.3", removed_in="0.4")
     def call_after_reset(self, callback: Callable[[Mask | None], None]) -> None:
-        """Add a function to ``after_reset``."""
+        """Add ``callback`` to ``after_reset``."""
         self.after_reset.append(callback)
 
     def close_extras(self, **kwargs: Any) -> None:
         """Release the simulation."""
+        if self.viewer is not None:
+            self.viewer.close()
         self.simulation.close()
 
 

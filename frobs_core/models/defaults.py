@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from frobs_core.models.kinematics import joint_path, moved, outward
+from frobs_core.models.load import find_reader, is_model_file
 from frobs_core.models.model import Joint, JointType, RobotModel
 from frobs_core.models.solids import inertia_matrix
 from frobs_core.util.arrays import Floats
@@ -28,6 +29,7 @@ _SATURATING_ERROR = (0.5, 0.05)  # [rad], [m]
 _WEAK = 0.4  # minimum fraction of the bandwidth for a drive with a low effort limit
 _LEAST_INERTIA = 1e-3  # [kg·m²] minimum, so that a drive with almost no load can still overcome friction
 _LEAST_MASS = 0.1  # [kg] minimum
+_GRAVITY = (0.0, 0.0, -9.81)  # [m/s²]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,16 +89,25 @@ def _middle(low: float, high: float) -> float:
     return low if math.isinf(high) else 0.5 * (low + high)
 
 
-def default_tcp(model: RobotModel) -> str:
+def default_tcp(model: RobotModel, finger_joints: Sequence[str] = ()) -> str:
     """Return the default tool center point.
 
-    The default is the last link of the longest kinematic chain. Chains are compared by their number of actuated joints,
-    then by their number of joints, then by their order in the file. Among links that are moved by the same number of
-    actuated joints, a link with a common tool name (``TOOL_NAMES``, ignoring prefix and case) takes precedence.
+    The default is the last link of the longest kinematic chain that is not a finger of a gripper. Chains are compared
+    by their number of actuated joints, then by their number of joints, then by their order in the file. Among links
+    that are moved by the same number of actuated joints, a link with a common tool name (``TOOL_NAMES``, ignoring
+    prefix and case) takes precedence.
+
+    Args:
+        model: Model of the robot.
+        finger_joints: Joints of the gripper, if they are known. Otherwise, fingers are found in the model.
     """
-    moving = set(model.joint_names)
+    moving, fingers = set(model.joint_names), ()
+    if is_model_file(model.path):
+        fingers = find_reader(model.path).finger_links(model, finger_joints)
     best: tuple[tuple[int, int, int], str] | None = None
     for link in model.links:
+        if link.name in fingers:
+            continue
         path = joint_path(model, link.name)
         actuated = sum(joint.name in moving for joint in path)
         rank = (actuated, usual_rank(link.name), len(path))
@@ -124,7 +135,8 @@ def default_gains(model: RobotModel, home_positions: npt.ArrayLike, bandwidth_hz
 
     The gains are Kp = I·ω² and Kd = 2·I·ω, with ω = 2π·bandwidth. I is the largest inertia that the joint moves, over
     the home position and many other postures within the limits. The joint is critically damped at this inertia and
-    overdamped at smaller inertias. I includes neither the coupling between joints nor the armatures.
+    overdamped at smaller inertias. I includes the armatures of the model
+    file, but neither those of a robot's description nor the coupling between joints.
 
     A drive that reaches its effort limit brakes too late, and a drive whose Kd is large compared to the current inertia
     may chatter at the effort limit. Therefore, the bandwidth is reduced if a position error of 0.5 rad (or 5 cm) would
@@ -161,12 +173,36 @@ def composite_inertia(model: RobotModel, joint_positions: npt.ArrayLike) -> dict
         joint_positions: (dof,) [rad or m]
 
     Returns:
-        Inertias by joint name: for revolute joints, the inertia about the joint's axis [kg·m²], at least 10⁻³; for
-        prismatic joints, the moved mass [kg], at least 0.1. The inertia of a mimic joint is multiplied by the square of
-        its multiplier and added to the inertia of the joint that it follows.
+        Inertias by joint name, with the armatures of the model file: for revolute joints, the inertia about the joint's
+        axis [kg·m²], at least 10⁻³; for prismatic joints, the moved mass [kg], at least 0.1. The inertia of a mimic
+        joint is multiplied by the square of its multiplier and added to the inertia of the joint that it follows.
     """
     row = _inertias(model, np.asarray(joint_positions, float)[None])[0]
     return dict(zip(model.joint_names, row.tolist(), strict=True))
+
+
+def gravity_efforts(model: RobotModel, joint_positions: Floats, gravity: Sequence[float] | Floats = _GRAVITY) -> Floats:
+    """Return the joint efforts that hold the robot against gravity while its root link is fixed.
+
+    Args:
+        model: Model of the robot.
+        joint_positions: Positions of the actuated joints, (dof,) [rad or m].
+        gravity: Gravity in the frame of the root link, (3,) [m/s²]. By default, the root link is upright.
+
+    Returns:
+        The efforts, (dof,) [N·m or N].
+    """
+    step = 1e-4 * np.eye(len(joint_positions))
+    positions = np.concatenate([joint_positions + step, joint_positions - step])  # (2 dof, dof)
+    energies = np.zeros(len(positions))
+    for link in model.links:
+        if link.inertial is not None:
+            pos, quat = model.frame_pose(link.name, positions)
+            center = pos + quat_rotate(quat, np.array(link.inertial.origin.pos))
+            energies -= link.inertial.mass * (center * np.array(gravity)).sum(axis=1)
+    above, below = np.split(energies, 2)
+    efforts = (above - below) / 2e-4
+    return np.where(np.abs(efforts) < 1e-9, 0.0, efforts)
 
 
 def _postures(model: RobotModel) -> Floats:
@@ -224,7 +260,7 @@ def _inertias(model: RobotModel, joint_positions: Floats) -> Floats:
                 - 2.0 * ((pos * below).sum(axis=-1) - (axis * pos).sum(axis=-1) * (axis * below).sum(axis=-1))
                 + total * ((pos * pos).sum(axis=-1) - (axis * pos).sum(axis=-1) ** 2)
             )
-        result[:, columns[leader.joint]] += leader.multiplier**2 * carried
+        result[:, columns[leader.joint]] += leader.multiplier**2 * (carried + joint.armature)
     least = [_LEAST_MASS if joint.type == JointType.PRISMATIC else _LEAST_INERTIA for joint in model.actuated_joints]
     return np.maximum(result, least)
 

@@ -78,6 +78,6 @@ def parallel_axis(mass: float, arm: Floats) -> Floats:
 
 
 def symmetric_matrix(moments: Sequence[float]) -> Floats:
-    """Return the symmetric matrix, (3, 3), of the values ixx, ixy, ixz, iyy, iyz and izz."""
+    """Return the symmetric matrix, (3, 3), of the ``moments`` ixx, ixy, ixz, iyy, iyz and izz."""
     ixx, ixy, ixz, iyy, iyz, izz = moments
     return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])

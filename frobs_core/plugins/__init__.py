@@ -34,6 +34,7 @@ __all__ = [
     "Plugins",
     "active",
     "core_versions",
+    "engines",
     "environment_ids",
     "get_record",
     "get_report",
@@ -98,8 +99,17 @@ def importable(kind: str) -> list[str]:
     return found
 
 
+def engines() -> list[str]:
+    """Return the names of importable simulators that are not paced: they need no robot and no running world."""
+    return [name for name in importable("simulator") if not getattr(get_record("simulator", name), "is_paced", False)]
+
+
 def get_record(kind: str, name: str) -> Record:
     """Return the record with a given name or ``"distribution:name"``.
+
+    Args:
+        kind: Name of the kind.
+        name: Name of the record.
 
     Raises:
         UnknownNameError: No record of this kind has the given name.

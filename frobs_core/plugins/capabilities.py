@@ -30,6 +30,9 @@ CAPABILITIES: Mapping[str, str] = {
     "randomize_gains": "drive gains per environment",
     "randomize_joint_damping": "joint damping per environment",
     "randomize_gravity": "gravity per environment",
+    "randomize_looks": "colors and light per environment",
+    "randomize_cameras": "camera poses and fields of view per environment",
+    "randomize_scenery": "patterns of the floor, and distractors, per environment",
 }
 """Descriptions of the core capabilities, by name. :func:`known_capabilities` also includes those of plugins."""
 

@@ -9,8 +9,8 @@ import os
 import sys
 import threading
 import traceback
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, redirect_stdout
+from collections.abc import Iterable, Mapping
+from contextlib import redirect_stdout
 from functools import cache
 from importlib.metadata import Distribution
 from importlib.metadata import distributions as installed_distributions
@@ -21,7 +21,6 @@ from types import MappingProxyType
 from frobs_core._version import __version__
 from frobs_core.plugins.discovery import (
     Candidate,
-    core_versions,
     find_candidates,
     is_made_for,
     match_disabled,
@@ -29,7 +28,7 @@ from frobs_core.plugins.discovery import (
 )
 from frobs_core.plugins.loading import import_plugin, read_records
 from frobs_core.plugins.records import RECORDS, RECORDS_OF_CORE, Record
-from frobs_core.plugins.report import PluginReport, environment_ids
+from frobs_core.plugins.report import PluginReport, record_names
 from frobs_core.util.errors import (
     AmbiguousNameError,
     PluginError,
@@ -66,7 +65,7 @@ def known() -> Mapping[str, Mapping[str, str]]:
 
 
 def install_command(kind: str, name: str) -> str:
-    """Return the command that installs a name, or an empty string if the name is unknown."""
+    """Return the command that installs a record of this ``kind``, or an empty string if the name is unknown."""
     distribution = known().get(kind, {}).get(name, "")
     return f"pip install {distribution}" if distribution else ""
 
@@ -106,6 +105,7 @@ class Plugins:
 
         Raises:
             PluginLoadError: A plugin is broken and ``strict`` is set.
+            PluginError: A plugin looks up plugins while it is loaded.
         """
         if self._reports is None:
             with self._lock:
@@ -135,19 +135,26 @@ class Plugins:
         return MappingProxyType(dict(sorted(found.items())))
 
     def get_record(self, kind: str, name: str) -> Record:
-        """Return the record with a given name; see :func:`frobs_core.plugins.get_record`."""
-        return _record(self.get_report(kind, name), kind, name.rpartition(":")[2])
+        """Return a record. For the arguments and errors, see :func:`frobs_core.plugins.get_record`."""
+        bare = name if name in self._offers_of(kind) else name.rpartition(":")[2]
+        return _record(self.get_report(kind, name), kind, bare)
 
     def get_report(self, kind: str, name: str) -> PluginReport:
-        """Return the report of the plugin that provides a record. See :meth:`get_record` for arguments and errors."""
+        """Return the report of the plugin that provides a record.
+
+        For the arguments and errors, see :func:`frobs_core.plugins.get_record`.
+        """
         distribution, _, bare = name.rpartition(":")
+        if name in self._offers_of(kind):  # the name of a policy may contain a colon
+            distribution, bare = "", name
         offers = self._offers_of(kind).get(bare, {})
         if distribution:
             offers = {d: report for d, report in offers.items() if normalize(d) == normalize(distribution)}
         if len(offers) > 1:
             raise AmbiguousNameError(kind, bare, [report.origin for report in offers.values()])
         if not offers:
-            raise UnknownNameError(kind, name, self.records(kind), self.failures(), self.install_hint(kind, bare))
+            hint = self.install_hint(kind, name) or self.install_hint(kind, bare)
+            raise UnknownNameError(kind, name, self.records(kind), self.failures(), hint)
         return next(iter(offers.values()))
 
     def install_hint(self, kind: str, name: str) -> str:
@@ -192,12 +199,14 @@ class Plugins:
         with _Watch(self._slow_seconds) as watch:
             for candidate in candidates:
                 if candidate.key in off:
-                    reports.append(PluginReport.of(candidate, "disabled", cause=f"disabled by {DISABLE}"))
-                else:
-                    reports.append(self._load_one(candidate, reports, watch))
+                    cause = f"disabled by {DISABLE}"
+                    reports.append(PluginReport(**vars(candidate), state="disabled", cause=cause))
+                    continue
+                watch.loading = perf_counter(), candidate
+                reports.append(self._load_one(candidate, reports))
         offers: dict[str, dict[str, dict[str, PluginReport]]] = {kind: {} for kind in RECORDS}
         own = Candidate("core", "frobs-core", __version__, "frobs_core.plugins.records")
-        for report in (PluginReport.of(own, "loaded", records=RECORDS_OF_CORE), *reports):
+        for report in (PluginReport(**vars(own), state="loaded", records=RECORDS_OF_CORE), *reports):
             for kind, records in report.records.items():
                 for record in records:
                     offers.setdefault(kind, {}).setdefault(record.name, {})[report.distribution] = report
@@ -207,47 +216,42 @@ class Plugins:
             hint = f"; did you mean '{suggestion}'?" if suggestion else ""
             warn(f"{DISABLE} contains '{word}', which is not an installed plugin{hint}")
 
-    def _load_one(self, candidate: Candidate, others: Iterable[PluginReport], watch: _Watch) -> PluginReport:
-        origin = f"{candidate.distribution} {candidate.version}"
-        made_for = core_versions(candidate.requirements)
+    def _load_one(self, candidate: Candidate, others: Iterable[PluginReport]) -> PluginReport:
+        origin = candidate.origin
+        mismatch = f"requires frobs-core {candidate.made_for}, but version {__version__} is installed"
+        warning = ""
         start = perf_counter()
         seconds = 0.0
         try:
             if candidate.problem:
                 raise PluginError(candidate.problem)
             # stdout is reserved for the program that imports FRobs, such as a command that writes JSON.
-            with redirect_stdout(sys.stderr), watch.over(candidate, origin):
+            with redirect_stdout(sys.stderr):
                 module = import_plugin(candidate.value)
                 seconds = perf_counter() - start
                 records = read_records(module, candidate.key)
-            _refuse_second_offers(candidate, records, others)
+            _check_unique(candidate, records, others)
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # also catches SystemExit and a test framework's exceptions
             cause = _one_line(error)
-            if not is_made_for(made_for, __version__):
-                cause += f"; the plugin requires frobs-core {made_for}, but version {__version__} is installed"
+            if not is_made_for(candidate.made_for, __version__):
+                cause += f"; the plugin {mismatch}"
             if self._is_strict():
                 raise PluginLoadError(candidate.name, origin, cause) from error
             warn(f"plugin '{candidate.name}' of {origin} did not load: {cause}")
             lines = "".join(traceback.format_exception(error))
             seconds = seconds or perf_counter() - start
-            return PluginReport.of(
-                candidate, "failed", cause=cause, traceback=lines, import_seconds=seconds, made_for=made_for
-            )
-        warning = ""
-        if not is_made_for(made_for, __version__):
-            warning = (
-                f"plugin '{candidate.name}' of {origin} requires frobs-core {made_for}, but version {__version__} "
-                f"is installed; to upgrade the plugin, run: pip install --upgrade {candidate.distribution}"
-            )
+            return PluginReport(**vars(candidate), state="failed", cause=cause, traceback=lines, import_seconds=seconds)
+        if not is_made_for(candidate.made_for, __version__):
+            upgrade = f"to upgrade the plugin, run: pip install --upgrade {candidate.distribution}"
+            warning = f"plugin '{candidate.name}' of {origin} {mismatch}; {upgrade}"
             warn(warning)
-        return PluginReport.of(
-            candidate,
-            "loaded",
+        return PluginReport(
+            **vars(candidate),
+            state="loaded",
             import_seconds=seconds,
             records=MappingProxyType(records),
-            made_for=made_for,
             warning=warning,
         )
 
@@ -266,15 +270,12 @@ class _Watch:
 
     A single thread watches all plugins, because starting one thread per plugin would take longer than the imports on a
     busy machine.
-
-    Args:
-        seconds: Loading time above which a plugin is reported [s].
     """
 
     def __init__(self, seconds: float) -> None:
         self._seconds = seconds
         self._ended = threading.Event()
-        self._loading: tuple[float, str] | None = None  # start time and message
+        self.loading: tuple[float, Candidate] | None = None  # start time and plugin
         self._thread = threading.Thread(target=self._look, daemon=True)
 
     def __enter__(self) -> _Watch:
@@ -285,25 +286,15 @@ class _Watch:
         self._ended.set()
         self._thread.join()  # ensures that the thread is not running when the process forks
 
-    @contextmanager
-    def over(self, candidate: Candidate, origin: str) -> Iterator[None]:
-        """Watch one plugin while it is loading."""
-        line = (
-            f"frobs: plugin '{candidate.name}' of {origin} is still loading after {self._seconds:g} s; "
-            f"if it does not finish, set {DISABLE}={candidate.key}\n"
-        )
-        self._loading = perf_counter(), line
-        try:
-            yield
-        finally:
-            self._loading = None
-
     def _look(self) -> None:
         while not self._ended.wait(min(0.25, self._seconds / 4)):
-            loading = self._loading
-            if loading is not None and perf_counter() - loading[0] >= self._seconds:
-                self._loading = None  # report it only once
-                sys.stderr.write(loading[1])
+            start, candidate = self.loading or (perf_counter(), None)
+            if candidate is not None and perf_counter() - start >= self._seconds:
+                self.loading = None  # report it only once
+                sys.stderr.write(
+                    f"frobs: plugin '{candidate.name}' of {candidate.origin} is still loading after {self._seconds:g} s; "
+                    f"if it does not finish, set {DISABLE}={candidate.key}\n"
+                )
 
 
 def warn(line: str) -> None:
@@ -315,22 +306,17 @@ def _record(report: PluginReport, kind: str, name: str) -> Record:
     return next(record for record in report.records[kind] if record.name == name)
 
 
-def _refuse_second_offers(
+def _check_unique(
     candidate: Candidate, records: Mapping[str, tuple[Record, ...]], others: Iterable[PluginReport]
 ) -> None:
     """Reject names from another plugin of the same distribution, because ``distribution:name`` must be unique."""
     for other in others:
         if other.distribution == candidate.distribution:
-            taken = _names(other.records)
-            for kind, name in _names(records):
-                if (kind, name) in taken:
-                    text = f"{kind} '{name}' is also provided by plugin '{other.name}' of the same distribution"
+            taken = record_names(other.records)
+            for name in record_names(records):
+                if name in taken:
+                    text = f"{name} is also provided by plugin '{other.name}' of the same distribution"
                     raise PluginError(text)
-
-
-def _names(records: Mapping[str, tuple[Record, ...]]) -> list[tuple[str, str]]:
-    names = [(kind, record.name) for kind in RECORDS for record in records[kind]]
-    return names + [("environment ID", id) for id in environment_ids(records)]
 
 
 def _one_line(error: BaseException) -> str:

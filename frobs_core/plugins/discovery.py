@@ -38,6 +38,16 @@ class Candidate:
         """``"distribution:name"``, which is unique."""
         return f"{self.distribution}:{self.name}"
 
+    @property
+    def origin(self) -> str:
+        """The distribution with its version, such as ``"frobs-robots-abb 0.1.0"``."""
+        return f"{self.distribution} {self.version}"
+
+    @property
+    def made_for(self) -> str:
+        """Versions of the core that the distribution requires, or empty if not specified; see :func:`core_versions`."""
+        return core_versions(self.requirements)
+
 
 def normalize(distribution: str) -> str:
     """Return a distribution's name in pip's normalized spelling."""
@@ -84,7 +94,11 @@ def match_disabled(candidates: Iterable[Candidate], disabled: Iterable[str]) -> 
 
 
 def core_versions(requirements: Iterable[str]) -> str:
-    """Return the core versions that a distribution supports, such as ``">=0.3,<0.4"``, or ``""`` if not specified."""
+    """Return the core versions that a distribution supports, such as ``">=0.3,<0.4"``, or ``""`` if not specified.
+
+    Args:
+        requirements: Requirements of the distribution, as in its metadata.
+    """
     for line in requirements:
         found = _CORE_LINE.match(line)
         if found:
@@ -93,7 +107,7 @@ def core_versions(requirements: Iterable[str]) -> str:
 
 
 def is_made_for(specifier: str, version: str) -> bool:
-    """Return whether a distribution supports a version of the core."""
+    """Return whether ``specifier``, as from :func:`core_versions`, includes a version of the core."""
     if not specifier:
         return True
     from packaging.specifiers import InvalidSpecifier, SpecifierSet

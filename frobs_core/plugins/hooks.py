@@ -117,7 +117,7 @@ def frobs_algorithms() -> Sequence[AlgorithmRecord]:  # type: ignore[empty-body]
 
 @hookspec
 def frobs_extensions() -> Sequence[Record]:  # type: ignore[empty-body]
-    """Provide everything else: capabilities, sensor types, physical parameters, formats of model files, policies.
+    """Provide everything else: capabilities, sensor types, parameters, formats of model files, policies, viewers.
 
     This hook is called once, when plugins are loaded. Return a list of records. The class of each record says what the
     record describes. Other distributions may define further classes of records; see

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import inspect
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from importlib.util import module_from_spec
@@ -23,10 +24,12 @@ from frobs_core.plugins.records import (
     CapabilityRecord,
     EnvironmentRecord,
     ParameterRecord,
+    PolicyRecord,
     Record,
     SensorTypeRecord,
     TaskRecord,
 )
+from frobs_core.plugins.report import record_names
 from frobs_core.util.errors import PluginError, nearest
 
 HOOKS: Mapping[str, type[Record]] = {
@@ -45,11 +48,12 @@ DEPRECATED_HOOKS: Mapping[str, type[Record]] = {
 _PROJECT = hooks.hookimpl.project_name
 _MODULE = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*")
 _NAME = re.compile(r"[a-z0-9_]+")
+_POLICY_NAME = re.compile(rf"{_NAME.pattern}(:{_NAME.pattern})?")
 _ENTRY_POINT = re.compile(rf"{_MODULE.pattern}:{_MODULE.pattern}")
 
 
 def import_plugin(value: str) -> ModuleType:
-    """Import the module that an entry point names.
+    """Import the module that the ``value`` of an entry point names.
 
     Raises:
         PluginError: The entry point does not name a module.
@@ -100,7 +104,9 @@ def read_records(module: ModuleType, key: str) -> dict[str, tuple[Record, ...]]:
                 suggestion = nearest(hook, HOOKS)
                 hint = f"did you mean '{suggestion}'?" if suggestion else f"available hooks: {', '.join(HOOKS)}"
                 raise PluginError(f"there is no hook '{hook}'; {hint}")
-    _check_unique(records)
+    names = Counter(record_names(records))
+    if twice := [name for name in names if names[name] > 1]:
+        raise PluginError(f"{twice[0]} is provided twice")
     return {kind: tuple(offered) for kind, offered in records.items()}
 
 
@@ -137,7 +143,8 @@ def _checked(hook: str, cls: type[Record], returned: object) -> Sequence[Record]
 
 
 def _check_record(kind: str, record: Record) -> None:
-    if not isinstance(record.name, str) or not _NAME.fullmatch(record.name):
+    allowed = _POLICY_NAME if isinstance(record, PolicyRecord) else _NAME
+    if not isinstance(record.name, str) or not allowed.fullmatch(record.name):
         rule = "use only lowercase letters, digits and underscores"
         raise PluginError(f"the {kind} name {record.name!r} is invalid; {rule}")
     owner = f"{kind} '{record.name}'"
@@ -156,18 +163,6 @@ def _check_record(kind: str, record: Record) -> None:
         for environment in record.environments:
             if not isinstance(environment, EnvironmentRecord):
                 raise PluginError(f"{owner}: environments contains {_article(environment)}")
-
-
-def _check_unique(records: Mapping[str, Sequence[Record]]) -> None:
-    for kind, offered in records.items():
-        names = [record.name for record in offered]
-        for name in names:
-            if names.count(name) > 1:
-                raise PluginError(f"{kind} '{name}' is provided twice")
-    ids = [e.id for task in records["task"] if isinstance(task, TaskRecord) for e in task.environments]
-    for name in ids:
-        if ids.count(name) > 1:
-            raise PluginError(f"the environment ID '{name}' is provided twice")
 
 
 def _article(value: object) -> str:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
-from importlib import import_module
 from typing import Any, ClassVar, TypeVar
 
 from frobs_core.deprecation import warn_deprecated
+from frobs_core.util.attributes import load_attribute
 from frobs_core.util.errors import FrobsError, PluginError
 from frobs_core.util.install_hints import local_install_hint
 
@@ -50,9 +50,8 @@ class Record:
         Raises:
             PluginError: The module cannot be imported, or the attribute is missing.
         """
-        module, _, attribute = self.entry_point.partition(":")
         try:
-            return getattr(import_module(module), attribute)
+            return load_attribute(self.entry_point)
         except PluginError:  # the module's error message already explains the fix
             raise
         except FrobsError as error:  # so does this message, for example that an engine is not installed
@@ -124,10 +123,27 @@ class ControllerDefaults(dict[str, Any]):
         """Return the keywords for a chosen controller, or for a mapping from joint groups to controllers."""
         if isinstance(chosen, Mapping):
             return {group: dict(self) for group, one in chosen.items() if self._is_own(one)}
-        return dict(self) if self._is_own(chosen) else {}
+        return self if self._is_own(chosen) else {}
 
     def _is_own(self, chosen: Any) -> bool:
         return (chosen.name if isinstance(chosen, ControllerRecord) else chosen) == self.controller
+
+
+class SimulatorDefaults(dict[str, Any]):
+    """Keywords that an ID sets for any simulator, and further ones that it sets only for some simulators.
+
+    Args:
+        keywords: Keywords for all simulators.
+        only: Further keywords, by the name of the simulator to which they apply.
+    """
+
+    def __init__(self, keywords: Mapping[str, Any], **only: Mapping[str, Any]) -> None:
+        super().__init__(keywords)
+        self.only = only
+
+    def of(self, chosen: str | SimulatorRecord) -> dict[str, Any]:
+        """Return the keywords for the ``chosen`` simulator."""
+        return {**self, **self.only.get(chosen.name if isinstance(chosen, SimulatorRecord) else chosen, {})}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,7 +159,8 @@ class EnvironmentRecord:
         max_episode_steps: Control steps before truncation.
         simulator: Name of the simulator.
         parameters: Additional keywords of :class:`frobs_core.kernel.env.RobotEnv`. ``controller_kwargs`` apply only to
-            ``controller``, and not to another controller that the user chooses.
+            ``controller``, and not to another controller that the user chooses. ``simulator_kwargs`` can be
+            ``SimulatorDefaults``.
         pretrained: Policy bundle that is shipped with the environment, as ``"package:path.frobs"``, or an empty string.
             ``frobs export`` creates such bundles.
     """
@@ -279,6 +296,8 @@ class ModelFormatRecord(Record):
 class PolicyRecord(Record):
     """Record of a policy. ``entry_point`` names a subclass of :class:`frobs_core.contracts.Policy`.
 
+    The name may have a second part after a colon, such as ``"teleop:keyboard"``.
+
     Attributes:
         suffixes: Endings of the paths that the policy opens: ``".frobs"``, ``"/"`` for folders, or ``""`` for all paths
             that no other policy opens. The path is the first argument of the class. By default, the policy has a name.
@@ -289,6 +308,16 @@ class PolicyRecord(Record):
     suffixes: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, kw_only=True)
+class ViewerRecord(Record):
+    """Record of a viewer. ``entry_point`` names a subclass of :class:`frobs_core.contracts.Viewer`.
+
+    The record's name is a valid ``render_mode`` of every environment.
+    """
+
+    kind: ClassVar[str] = "viewer"
+
+
 KINDS: Mapping[str, type[Record]] = {
     record.kind: record for record in (SimulatorRecord, RobotRecord, ControllerRecord, TaskRecord, AlgorithmRecord)
 }
@@ -296,9 +325,14 @@ KINDS: Mapping[str, type[Record]] = {
 
 EXTENSIONS: Mapping[str, type[Record]] = {
     record.kind: record
-    for record in (CapabilityRecord, SensorTypeRecord, ParameterRecord, ModelFormatRecord, PolicyRecord)
+    for record in (
+        *(CapabilityRecord, SensorTypeRecord, ParameterRecord),
+        *(ModelFormatRecord, PolicyRecord, ViewerRecord),
+    )
 }
-"""Additional kinds of records: capabilities, sensor types, physical parameters, formats of model files and policies."""
+"""Additional kinds of records: capabilities, sensor types, physical parameters, formats of model files, policies and
+viewers.
+"""
 
 RECORDS: Mapping[str, type[Record]] = {**KINDS, **EXTENSIONS}
 """All kinds of records that the core defines. Other distributions may define further kinds of extensions."""
@@ -309,6 +343,11 @@ RECORDS_OF_CORE: Mapping[str, tuple[Record, ...]] = {
     "policy": (
         PolicyRecord(name="expert", summary=_EXPERT, entry_point=f"{_POLICIES}:TaskExpert"),
         PolicyRecord(name="random", summary="random actions", entry_point=f"{_POLICIES}:RandomPolicy"),
-    )
+    ),
+    "viewer": (
+        ViewerRecord(
+            name="human", summary="the window of the simulator", entry_point="frobs_core.contracts.viewer:EngineWindow"
+        ),
+    ),
 }
 """Records of the core itself, by kind."""

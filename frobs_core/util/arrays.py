@@ -29,7 +29,7 @@ def rows_of(mask: Mask | None) -> Mask | slice:
 
 
 def widened(rows: np.ndarray[Any, Any], shape: Iterable[int]) -> np.ndarray[Any, Any]:
-    """Zero-pad an array with the shape (n, …) to ``(n, *shape)``.
+    """Zero-pad ``rows`` with the shape (n, …) to ``(n, *shape)``.
 
     Padding is needed because two snapshots of the same engine may contain states of different sizes.
     """
@@ -37,7 +37,7 @@ def widened(rows: np.ndarray[Any, Any], shape: Iterable[int]) -> np.ndarray[Any,
 
 
 def read_only(array: _Array) -> _Array:
-    """Return a read-only view."""
+    """Return a read-only view of an array of any shape."""
     view = array.view()
     view.flags.writeable = False
     return view

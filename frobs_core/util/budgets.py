@@ -59,6 +59,10 @@ class Meter:
     def check(self, what: str, value: int) -> None:
         """Reject the file if a value, such as the depth of an element, exceeds its limit.
 
+        Args:
+            what: What is limited, a key of the budget.
+            value: The value.
+
         Raises:
             Exception: The error of ``refuse``.
         """

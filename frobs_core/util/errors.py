@@ -15,10 +15,10 @@ Class hierarchy::
     │   ├── InvalidTimestepError    control_timestep is not a multiple of physics_timestep
     │   ├── ConfigFileError         a YAML file cannot be used; the message contains the file and the line
     │   ├── MissingDependencyError  an optional package is not installed
-    │   ├── ResetOptionError        a value in reset(options=…) is invalid
-    │   ├── SceneError              a scene is inconsistent, or the simulator cannot build it
     │   ├── PhysicsParameterError   a physical parameter has an invalid value or cannot be changed
     │   ├── SettingError            a setting in sensors=… or randomize=… is invalid
+    │   │   ├── ResetOptionError    a value in reset(options=…) is invalid
+    │   │   └── SceneError          a scene is inconsistent, or the simulator cannot build it
     │   ├── UnsuitableRobotError    a task, controller or tool cannot use this robot
     │   ├── IncompatibleSpaceError  an algorithm, wrapper or controller cannot use this space
     │   ├── ModelMismatchError      a trained model or run was made for a different environment
@@ -45,7 +45,7 @@ import difflib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from frobs_core.deprecation import moved_names
+from frobs_core.deprecation import moved_names, renamed_attribute
 from frobs_core.util.install_hints import local_install_hint
 
 __getattr__ = moved_names(__name__, ["frobs_cli.errors"])
@@ -299,32 +299,6 @@ class MissingDependencyError(ConfigurationError):
         super().__init__(f"{purpose} needs {' and '.join(self.packages)}; install with: {self.command}")
 
 
-class ResetOptionError(ConfigurationError):
-    """A value in ``reset(options=…)`` is invalid.
-
-    Args:
-        option: Name of the option.
-        reason: The problem and the allowed values.
-    """
-
-    def __init__(self, option: str, reason: str) -> None:
-        self.option, self.reason = option, reason
-        super().__init__(f"reset option '{option}' {reason}")
-
-
-class SceneError(ConfigurationError):
-    """A scene is inconsistent, or the simulator cannot build it.
-
-    Args:
-        element: Part of the scene that causes the error, such as ``"contact 'grip'"``.
-        reason: The problem and the allowed values.
-    """
-
-    def __init__(self, element: str, reason: str) -> None:
-        self.element, self.reason = element, reason
-        super().__init__(f"{element} {reason}")
-
-
 class PhysicsParameterError(ConfigurationError):
     """A physical parameter has an invalid value or cannot be changed.
 
@@ -347,9 +321,25 @@ class SettingError(ConfigurationError):
         reason: The problem and how to fix it.
     """
 
+    _text = "{place}: {reason}"
+
     def __init__(self, place: str, reason: str) -> None:
         self.place, self.reason = place, reason
-        super().__init__(f"{place}: {reason}")
+        super().__init__(self._text.format(place=place, reason=reason))
+
+
+class ResetOptionError(SettingError):
+    """A value in ``reset(options=…)`` is invalid. The ``place`` is the name of the option."""
+
+    _text = "reset option '{place}' {reason}"
+    option = renamed_attribute("option", "place")
+
+
+class SceneError(SettingError):
+    """A scene is inconsistent, or the simulator cannot build it. The ``place`` is a part, as in ``"contact 'grip'"``."""
+
+    _text = "{place} {reason}"
+    element = renamed_attribute("element", "place")
 
 
 class UnsuitableRobotError(ConfigurationError):

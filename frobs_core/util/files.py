@@ -56,7 +56,7 @@ def read_limited(path: Path | str, limit: int) -> bytes:
 
 
 def read_json(path: Path | str) -> dict[str, Any]:
-    """Read a JSON object from a file of a run folder.
+    """Read a JSON object from ``path``, a file of a run folder.
 
     Returns:
         The object. Its values may have any type, because the file may have been changed.
@@ -91,7 +91,7 @@ def read_json(path: Path | str) -> dict[str, Any]:
 
 
 def check_regular(path: Path | str, limit: int) -> int:
-    """Check a file as :func:`read_limited` does, but without opening it.
+    """Check the file ``path`` as :func:`read_limited` does, but without opening it.
 
     Returns:
         The file size [bytes].

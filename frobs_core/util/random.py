@@ -95,7 +95,7 @@ class RandomSource:
         self._keys.clear()
 
     def begin_episode(self, mask: Mask | None = None) -> None:
-        """Increment the episode number and reset the step to 0."""
+        """Increment the episode number and reset the step to 0, in the environments selected by ``mask``."""
         rows = rows_of(mask)
         self._episodes[rows] = (self._episodes[rows] + 1) & _LOW
         self._begun[rows] = self.clock
@@ -132,14 +132,17 @@ class RandomSource:
         shape: tuple[int, ...] = (),
         mask: Mask | None = None,
     ) -> Floats:
-        """Draw from a normal distribution. For the other arguments, see :meth:`uniform`."""
+        """Draw from normal distributions, (n, …shape) float64. ``mean`` and ``std`` broadcast to this shape.
+
+        For the other arguments, see :meth:`uniform`.
+        """
         pairs = self._unit(stream, (2, *shape), mask)  # Box and Muller, 1958
         return mean + std * np.sqrt(-2.0 * np.log1p(-pairs[:, 0])) * np.cos(2.0 * np.pi * pairs[:, 1])
 
     def integers(
         self, stream: str, low: int, high: int, shape: tuple[int, ...] = (), mask: Mask | None = None
     ) -> npt.NDArray[np.int64]:
-        """Draw integers uniformly from [low, high), (n, …shape) int64.
+        """Draw integers uniformly from [low, high), (n, …shape) int64. For the other arguments, see :meth:`uniform`.
 
         Raises:
             ConfigurationError: The interval [low, high) does not contain an integer.

@@ -28,19 +28,19 @@ def quat_multiply(first: npt.ArrayLike, second: npt.ArrayLike) -> Floats:
 
 
 def quat_conjugate(quat_wxyz: npt.ArrayLike) -> Floats:
-    """Return the inverse rotations of unit quaternions (…, 4)."""
+    """Return the inverse rotations of the unit quaternions ``quat_wxyz``, (…, 4)."""
     inverse: Floats = np.asarray(quat_wxyz, float) * _CONJUGATE
     return inverse
 
 
 def quat_rotate(quat_wxyz: npt.ArrayLike, vector: npt.ArrayLike) -> Floats:
-    """Return vectors (…, 3) rotated by unit quaternions (…, 4)."""
+    """Return ``vector`` (…, 3) rotated by the unit quaternions ``quat_wxyz``, (…, 4)."""
     quat_wxyz, vector = np.asarray(quat_wxyz, float), np.asarray(vector, float)
     return joined(rotate_components(*components(quat_wxyz), *components(vector)), quat_wxyz, vector)
 
 
 def cross(first: Floats, second: Floats) -> Floats:
-    """Return cross products of vectors, (…, 3), bit-identical to those of ``np.cross``, which is much slower."""
+    """Return the cross products ``first`` × ``second``, (…, 3), bit-identical to the much slower ``np.cross``."""
     return joined(cross_components(*components(first), *components(second)), first, second)
 
 
@@ -87,7 +87,10 @@ def rpy_from_quat(quat_wxyz: npt.ArrayLike) -> tuple[float, float, float]:
 
 
 def quat_from_rpy(rpy: npt.ArrayLike) -> Floats:
-    """Return quaternions (…, 4) for roll, pitch and yaw (…, 3) [rad] about fixed axes: Rz(yaw)·Ry(pitch)·Rx(roll)."""
+    """Return quaternions (…, 4) for ``rpy``: roll, pitch and yaw (…, 3) [rad] about fixed axes.
+
+    The rotations are Rz(yaw)·Ry(pitch)·Rx(roll).
+    """
     half = 0.5 * np.asarray(rpy, float)
     cr, cp, cy = components(np.cos(half))
     sr, sp, sy = components(np.sin(half))
@@ -101,7 +104,7 @@ def quat_from_rpy(rpy: npt.ArrayLike) -> Floats:
 
 
 def quat_from_axis_angle(axis: npt.ArrayLike, angle: npt.ArrayLike) -> Floats:
-    """Return the quaternions (…, 4) of rotations about unit axes (…, 3) by angles (…) [rad]."""
+    """Return the quaternions (…, 4) of rotations about the unit vectors ``axis`` (…, 3) by ``angle`` (…) [rad]."""
     axis, half = np.asarray(axis, float), 0.5 * np.asarray(angle, float)
     vector = np.sin(half)[..., None] * axis
     scalar = np.broadcast_to(np.cos(half)[..., None], (*vector.shape[:-1], 1))
@@ -109,7 +112,7 @@ def quat_from_axis_angle(axis: npt.ArrayLike, angle: npt.ArrayLike) -> Floats:
 
 
 def quat_from_matrix(matrix: npt.ArrayLike) -> Floats:
-    """Return the unit quaternions (…, 4), with w ≥ 0, of rotation matrices (…, 3, 3).
+    """Return the unit quaternions (…, 4), with w ≥ 0, of the rotation ``matrix`` (…, 3, 3).
 
     The largest of the four components is computed first (Shepperd 1978), so that no rotation loses precision.
     """
@@ -134,7 +137,7 @@ def quat_from_matrix(matrix: npt.ArrayLike) -> Floats:
 
 
 def matrix_from_quat(quat_wxyz: npt.ArrayLike) -> Floats:
-    """Return the rotation matrices (…, 3, 3) of unit quaternions (…, 4)."""
+    """Return the rotation matrices (…, 3, 3) of the unit quaternions ``quat_wxyz``, (…, 4)."""
     quat_wxyz = np.asarray(quat_wxyz, float)
     w, x, y, z = components(quat_wxyz)
     entries = (
@@ -168,7 +171,7 @@ def components(vectors: Floats) -> list[Any]:
 
 
 def joined(values: Sequence[Any], *vectors: Floats) -> Floats:
-    """Return an array (…, k) of components that were computed from the components of ``vectors``."""
+    """Return an array (…, k) of k ``values`` (…) that were computed from the components of ``vectors``."""
     if isinstance(values[0], float):
         shape = vectors[0].shape if vectors[0].ndim >= vectors[-1].ndim else vectors[-1].shape
         return np.array(values).reshape(*shape[:-1], len(values))

@@ -6,8 +6,10 @@ contains the name of the parameter, the value and the rule.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields
+from numbers import Real
 from typing import TYPE_CHECKING, Any, TypeVar, cast, get_args
 
 import numpy as np
@@ -61,10 +63,24 @@ def validate(model: type[Model], settings: Mapping[str, Any], owner: str) -> Mod
             )
         else:
             error = _explain(owner, ".".join(_present(settings, keys)) or "settings", problem)
-        origin = find_origin(settings, keys)
-        if origin is not None:
-            raise ConfigFileError(*origin, str(error)) from None
-        raise error from None
+        raise located(error, settings, keys) from None
+
+
+def located(error: ConfigurationError, settings: Mapping[str, Any], keys: Iterable[str | int]) -> ConfigurationError:
+    """Return an error that names the file and line of a setting, or the error itself if no file contains the setting.
+
+    Args:
+        error: The error. A :class:`~frobs_core.util.errors.ConfigFileError` is returned unchanged.
+        settings: Settings, such as a :class:`frobs_core.util.yaml.ConfigMapping`.
+        keys: Keys of the setting, from the outermost to the innermost.
+    """
+    origin = None if isinstance(error, ConfigFileError) else find_origin(settings, keys)
+    return error if origin is None else ConfigFileError(*origin, str(error))
+
+
+def plain_settings(settings: BaseModel | Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings as a dictionary of YAML-serializable values."""
+    return dict(settings) if isinstance(settings, Mapping) else settings.model_dump(mode="json")
 
 
 def _explain(owner: str, name: str, problem: Mapping[str, Any]) -> ConfigurationError:
@@ -76,41 +92,41 @@ def _explain(owner: str, name: str, problem: Mapping[str, Any]) -> Configuration
     return ConfigurationError(f"{owner}: {name} = {value!r}: {message}.")
 
 
-def check_type(config: object, types: Any, rule: str, *names: str) -> None:
-    """Check that attributes of a configuration have one of some types, none of which is boolean.
-
-    Raises:
-        ParameterValueError: An attribute has another type. ``rule`` describes the valid values.
-    """
-    for name in names:
-        value = getattr(config, name)
-        if not isinstance(value, types) or isinstance(value, bool):
-            raise ParameterValueError(name, value, rule)
+_RULES: Mapping[str, tuple[Any, str]] = {
+    "str | None": (str | None, "a name or None"),
+    "float | None": (Real | None, "a number of seconds or None"),
+    "Mapping": (Mapping, "a mapping"),
+    "Mapping | None": (Mapping | None, "a mapping or None"),
+}
+"""Types of the attributes with an annotation, without what is in brackets, and descriptions of the valid values."""
 
 
-def check_mappings(config: object, *names: str, optional: bool = False) -> None:
-    """Check that attributes of a configuration are mappings with strings as keys.
+def check_types(config: Any, **others: tuple[Any, str]) -> None:
+    """Check the attributes of a dataclass that are annotated as a mapping, an optional name or an optional time.
+
+    The keys of mappings must be strings. If a mapping is not optional, an empty mapping replaces None.
 
     Args:
-        config: The configuration, which may be frozen.
-        names: Names of the attributes.
-        optional: Whether None is valid. If not, an empty mapping replaces None.
+        config: The dataclass, which may be frozen. Its annotations are strings, as in a module that postpones them.
+        others: Types of other attributes by name, each with a description of the valid values.
 
     Raises:
-        ParameterValueError: An attribute is not such a mapping.
+        ParameterValueError: An attribute has another type, or is a boolean.
     """
-    for name in names:
-        if getattr(config, name) is None and not optional:
-            object.__setattr__(config, name, {})
+    annotations = {item.name: re.sub(r"\[[^]]*\]", "", str(item.type)) for item in fields(config)}
+    rules = {name: _RULES[annotation] for name, annotation in annotations.items() if annotation in _RULES}
+    for name, (types, rule) in {**rules, **others}.items():
         value = getattr(config, name)
-        if not isinstance(value, Mapping | None):
-            raise ParameterValueError(name, value, f"a mapping{' or None' if optional else ''}")
-        if not all(isinstance(key, str) for key in value or ()):
+        if value is None and types is Mapping:
+            object.__setattr__(config, name, {})
+        elif not isinstance(value, types) or isinstance(value, bool):
+            raise ParameterValueError(name, value, rule)
+        elif isinstance(value, Mapping) and not all(isinstance(key, str) for key in value):
             raise ParameterValueError(name, value, "a mapping whose keys are strings")
 
 
 def check_fields(owner: str, cls: type[Any], settings: Mapping[str, Any]) -> None:
-    """Check that settings contain only fields of a dataclass, and every field without a default.
+    """Check that the settings of ``owner`` contain only fields of a dataclass, and every field without a default.
 
     Raises:
         UnknownParameterError: There is no field with a given name.
@@ -129,6 +145,9 @@ def finite(name: str, value: Any, unit: str = "") -> float:
         name: Name of the parameter.
         value: Value of the parameter.
         unit: Unit of the parameter.
+
+    Raises:
+        ParameterValueError: The value does not meet the condition.
     """
     if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not np.isfinite(value):
         raise ParameterValueError(name, value, f"a finite number{unit and f' [{unit}]'}")
@@ -136,21 +155,21 @@ def finite(name: str, value: Any, unit: str = "") -> float:
 
 
 def positive(name: str, value: Any, unit: str = "") -> float:
-    """Return a finite number above 0. For the arguments, see :func:`finite`."""
+    """Return a finite number above 0. For the arguments and errors, see :func:`finite`."""
     if finite(name, value, unit) <= 0.0:
         raise ParameterValueError(name, value, f"above 0{unit and f' [{unit}]'}")
     return float(value)
 
 
 def non_negative(name: str, value: Any, unit: str = "") -> float:
-    """Return a finite number of at least 0. For the arguments, see :func:`finite`."""
+    """Return a finite number of at least 0. For the arguments and errors, see :func:`finite`."""
     if finite(name, value, unit) < 0.0:
         raise ParameterValueError(name, value, f"0 or more{unit and f' [{unit}]'}")
     return float(value)
 
 
 def whole_number(name: str, value: Any, lowest: int = 0, highest: int | None = None) -> int:
-    """Return a whole number in [lowest, highest]."""
+    """Return a whole number in [lowest, highest]. For the other arguments and errors, see :func:`finite`."""
     is_whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
     if not is_whole or value < lowest or (highest is not None and value > highest):
         limits = f"of at least {lowest}" if highest is None else f"from {lowest} to {highest:,}"
@@ -159,7 +178,7 @@ def whole_number(name: str, value: Any, lowest: int = 0, highest: int | None = N
 
 
 def choice(name: str, value: Any, choices: Iterable[str]) -> str:
-    """Return a value that is one of the given names."""
+    """Return a value that is one of ``choices``. For the other arguments and errors, see :func:`finite`."""
     known = list(choices)
     if value not in known:
         close = nearest(str(value), known)
@@ -169,22 +188,36 @@ def choice(name: str, value: Any, choices: Iterable[str]) -> str:
 
 
 def boolean(name: str, value: Any) -> bool:
-    """Return True or False."""
+    """Return True or False. For the arguments and errors, see :func:`finite`."""
     if not isinstance(value, bool | np.bool_):
         raise ParameterValueError(name, value, "true or false")
     return bool(value)
 
 
 def number_list(name: str, value: Any, count: int | None = None) -> tuple[float, ...]:
-    """Return a list of ``count`` finite numbers, or, if ``count`` is None, of at least one."""
+    """Return a list of ``count`` finite numbers, or, if ``count`` is None, of at least one.
+
+    For the other arguments and errors, see :func:`finite`.
+    """
     given = list(value) if isinstance(value, Iterable) and not isinstance(value, str | bytes | dict) else []
     if not given or count not in (None, len(given)):
         raise ParameterValueError(name, value, "a list of numbers" if count is None else f"{count} numbers")
     return tuple(finite(f"{name}[{i}]", number) for i, number in enumerate(given))
 
 
+def image_size(name: str, value: Any, longest: int) -> tuple[int, int]:
+    """Return the size of an image, (height, width) [pixels], whose sides are whole numbers in [1, longest].
+
+    For the other arguments and errors, see :func:`finite`.
+    """
+    sides = tuple(value) if isinstance(value, Iterable) else ()
+    if len(sides) != 2 or not all(isinstance(side, int | np.integer) and 0 < side <= longest for side in sides):
+        raise ParameterValueError(name, value, f"(height, width) in pixels, up to {longest:,}")
+    return sides
+
+
 def numbers(vector: Floats) -> str:
-    """Format a vector for messages: ``(0.5, -0.25, 1)``."""
+    """Format a vector, (n,), for messages: ``(0.5, -0.25, 1)``."""
     return "(" + ", ".join(f"{number:.4g}" for number in vector) + ")"
 
 

@@ -39,7 +39,11 @@ class ConfigMapping(dict[str, Any]):
 
 
 class LimitedLoader(yaml.SafeLoader):
-    """PyYAML's safe loader with limits on the nesting depth, the number of values and the length of numbers."""
+    """PyYAML's safe loader with limits on the nesting depth, the number of values and the length of numbers.
+
+    Args:
+        stream: The YAML text.
+    """
 
     _depth = 0
 
@@ -113,7 +117,7 @@ def load_yaml(path: Path | str) -> ConfigMapping:
 
 
 def load_yaml_text(text: str, path: Path | str = "<text>") -> ConfigMapping:
-    """Read YAML text whose top level is a mapping; see :func:`load_yaml`.
+    """Read YAML text whose top level is a mapping. For the errors, see :func:`load_yaml`.
 
     Args:
         text: The YAML text.
@@ -237,7 +241,7 @@ def _line(node: Node) -> int:
 
 
 def merge(*layers: Mapping[str, Any]) -> ConfigMapping:
-    """Merge mappings recursively. Later mappings take precedence, and each key keeps the file and line of its value."""
+    """Merge mappings recursively. Later ``layers`` take precedence. Each key keeps the file and line of its value."""
     result = ConfigMapping()
     for layer in layers:
         origins = layer.origins if isinstance(layer, ConfigMapping) else {}
@@ -254,7 +258,12 @@ def merge(*layers: Mapping[str, Any]) -> ConfigMapping:
 
 
 def find_origin(mapping: Mapping[str, Any], keys: Iterable[str | int]) -> tuple[Path, int] | None:
-    """Return the file and line of the innermost key along ``keys``, or None if this key was not read from a file."""
+    """Return the file and line of the innermost key along ``keys``, or None if this key was not read from a file.
+
+    Args:
+        mapping: The mapping.
+        keys: Key in the mapping, key or index in its value, and so on.
+    """
     found = None
     value: Any = mapping
     for key in keys:
@@ -270,7 +279,7 @@ def find_origin(mapping: Mapping[str, Any], keys: Iterable[str | int]) -> tuple[
 
 
 def dump_yaml(mapping: Mapping[str, Any]) -> str:
-    """Return YAML text that :func:`load_yaml` can read."""
+    """Return the YAML text of ``mapping``, which :func:`load_yaml` can read."""
     text: str = yaml.dump(plain(mapping, for_yaml=True), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
     return _HIDDEN.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
 

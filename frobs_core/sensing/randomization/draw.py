@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import StrEnum
+from typing import Literal
 
 import numpy as np
 
@@ -12,14 +12,11 @@ from frobs_core.util.arrays import Floats, Mask, rows_of
 from frobs_core.util.errors import SettingError
 from frobs_core.util.random import RandomSource
 
+Shape = Literal["constant", "uniform", "log_uniform", "normal"]
+"""Shapes of distributions."""
 
-class Shape(StrEnum):
-    """Shapes of distributions."""
-
-    CONSTANT = "constant"
-    UNIFORM = "uniform"
-    LOG_UNIFORM = "log_uniform"
-    NORMAL = "normal"
+When = Literal["start", "reset", "interval"]
+"""Times at which a number is drawn."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,23 +51,15 @@ class Distribution:
         if self.integer:
             return rng.integers(stream, int(self.low), int(self.high) + 1, (), mask).astype(np.float64)
         match self.shape:
-            case Shape.CONSTANT:
+            case "constant":
                 n = rng.num_envs if mask is None else int(np.count_nonzero(mask))
                 return np.broadcast_to(self.low, (n, width)).copy()
-            case Shape.UNIFORM:
+            case "uniform":
                 return rng.uniform(stream, self.low, self.high, (width,), mask)
-            case Shape.LOG_UNIFORM:
+            case "log_uniform":
                 return np.exp(rng.uniform(stream, np.log(self.low), np.log(self.high), (width,), mask))
-            case Shape.NORMAL:
+            case "normal":
                 return np.clip(rng.normal(stream, self.mean, self.std, (width,), mask), self.low, self.high)
-
-
-class When(StrEnum):
-    """Times at which a number is drawn."""
-
-    START = "start"
-    RESET = "reset"
-    INTERVAL = "interval"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,14 +144,14 @@ class Draw(Stateful):
         self.stream, self._when, self._distribution = setting.stream, setting.schedule.when, setting.distribution
         self.numbers: Floats = np.zeros((num_envs,) if setting.distribution.integer else (num_envs, width))
         self._width = width
-        self.changes_in_episode = self._when is When.INTERVAL
+        self.changes_in_episode = self._when == "interval"
         self._shortest, self._longest = setting.schedule.steps(control_timestep, setting.stream)
         self._due = np.zeros(num_envs, np.uint64)  # step of the episode at which the next draw is due
         self._all = np.ones(num_envs, np.bool_)
 
     def begin(self, rng: RandomSource, mask: Mask) -> Mask:
         """Draw numbers for new episodes in the environments in ``mask``. Return a mask of those that got numbers."""
-        rows = mask & (rng.episodes == 0) if self._when is When.START else mask
+        rows = mask & (rng.episodes == 0) if self._when == "start" else mask
         if rows.any():
             self._draw(rng, rows)
         return rows
@@ -184,5 +173,4 @@ class Draw(Stateful):
             self._due[rows] = rng.steps[rows] + np.asarray(wait, np.uint64)
 
     def stored_arrays(self) -> Snapshot:
-        """Return the current numbers and the times of the next draws."""
         return {"numbers": self.numbers, "due": self._due} if self.changes_in_episode else {"numbers": self.numbers}

@@ -161,5 +161,4 @@ class ObservedArrays(Stateful):
         return self.draws[-1]
 
     def stored_arrays(self) -> Snapshot:
-        """Return the stored measurements."""
         return {key: array.history for key, array in self.arrays.items()}

@@ -25,8 +25,14 @@ _CHANGES: Mapping[str, Callable[[Floats, Floats], Floats]] = {
     "set": lambda value, number: number,
 }
 
-_VECTORS = ("stiffness", "damping", "joint_damping", "gravity")
+_TRIPLES = ("color", "camera_position", "camera_rotation")
+"""Parameters with three numbers for each target, which share its name."""
+
+_VECTORS = ("stiffness", "damping", "joint_damping", "gravity", *_TRIPLES)
 """Parameters with an array for each target, (n, dof) or (n, 3). All others have one number for each target."""
+
+_SIGNED = ("gravity", *_TRIPLES)
+"""Parameters without a minimum. Simulators clip colors to [0, 1]."""
 
 _OF_ROBOTS = ("mass", "stiffness", "damping", "joint_damping")
 """Parameters that are randomized only for robots by default."""
@@ -103,13 +109,15 @@ class PhysicalParameter(Stateful):
     def values(self) -> Iterator[tuple[str, Floats]]:
         """Yield the name and the current values of each randomized quantity.
 
-        The values have the shape (num_envs,), or (num_envs, 3) for gravity.
+        The values have the shape (num_envs,), or (num_envs, 3) for gravity, colors and poses of cameras.
         """
         if self.name == "gravity":
             yield "gravity", self.current.copy()
             return
-        for column in self.touched:
-            yield f"{self.name}/{self.names[column]}", self.current[:, column].copy()
+        width = 3 if self.name in _TRIPLES else 1
+        for column in self.touched[::width]:
+            values = self.current[:, column : column + width].copy()
+            yield f"{self.name}/{self.names[column]}", values if width > 1 else values[:, 0]
 
     def stored_arrays(self) -> Snapshot:
         """Return the current values. The simulation's own snapshot restores the values in the engine."""
@@ -154,7 +162,7 @@ class PhysicalParameter(Stateful):
 
         Draws from an unbounded distribution are clipped to the minimum values instead.
         """
-        if self.name == "gravity" or self.name not in CAPABILITY:
+        if self.name in _SIGNED or self.name not in CAPABILITY:
             return None
         least = self.nominal * _LEAST.get(self.name, 0.0)
         value = self.nominal.copy()

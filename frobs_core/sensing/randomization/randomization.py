@@ -70,7 +70,10 @@ class Randomization(Stateful):
         self._changing = [part for part in self._physics if any(draw.changes_in_episode for draw in part.draws)]
 
     def begin_physics(self, rng: RandomSource, mask: Mask | None) -> None:
-        """Draw and write physical parameters for new episodes. Call this method before the simulation is reset."""
+        """Draw and write physical parameters for episodes that begin in the environments selected by ``mask``.
+
+        Call this method before the simulation is reset.
+        """
         rows = self._all if mask is None else mask
         for parameter in self._physics:
             parameter.begin(rng, rows)
@@ -87,7 +90,15 @@ class Randomization(Stateful):
         return observation if self._observed is None else self._observed.begin(rng, observation, rows)
 
     def act(self, rng: RandomSource, commands: list[Floats]) -> list[Floats]:
-        """Update values that change within an episode, and return the commands that take effect now."""
+        """Update values that change within an episode, and return the commands that take effect now.
+
+        Args:
+            rng: Random source of the environment.
+            commands: Command of each robot, (num_envs, dof) or (num_envs, decimation, dof).
+
+        Returns:
+            The commands, each with one of these shapes.
+        """
         for parameter in self._changing:
             parameter.step(rng)
         return commands if self._delay is None else self._delay.apply(rng, commands)

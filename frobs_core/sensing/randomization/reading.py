@@ -6,12 +6,12 @@ This module is imported only if something is randomized, because it imports pyda
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, get_args
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, StrictBool, model_validator
 
-from frobs_core.sensing.randomization.draw import Distribution, Schedule, Shape, When
+from frobs_core.sensing.randomization.draw import Distribution, Schedule, Shape
 
 
 def _plain(value: Any) -> Any:
@@ -59,7 +59,7 @@ class _Model(BaseModel):
         return chosen[0]
 
 
-class _Drawn(_Model):
+class _Drawn(_Model):  # one field for each Shape, and the parameters of normal distributions
     constant: Numbers | None = None
     uniform: Range | None = None
     log_uniform: Range | None = None
@@ -74,8 +74,8 @@ class _Drawn(_Model):
 
     @model_validator(mode="after")
     def _check_shape(self) -> Self:
-        shape = self.one_of(*Shape)
-        if shape != Shape.NORMAL and not (self.mean is None and self.bounds is None):
+        shape = self.one_of(*get_args(Shape))
+        if shape != "normal" and not (self.mean is None and self.bounds is None):
             raise ValueError(f"the distribution '{shape}' accepts neither mean nor bounds; only 'normal' does")
         if self.normal is not None and np.min(self.normal) < 0:
             raise ValueError("the standard deviation of 'normal' must not be negative")
@@ -85,11 +85,11 @@ class _Drawn(_Model):
 
     def distribution(self, neutral: float | None) -> Distribution:
         """Return the distribution, given the default mean, or None if the mean is required."""
-        shape = Shape(self.one_of(*Shape))
-        if shape is Shape.NORMAL and self.mean is None and neutral is None:
+        shape: Any = self.one_of(*get_args(Shape))
+        if shape == "normal" and self.mean is None and neutral is None:
             raise ValueError("with 'set', a normal distribution requires a mean, as in {normal: 0.1, mean: 1.0}")
         ends = (self.constant,) * 2 if self.constant is not None else self.uniform or self.log_uniform or self.bounds
-        normal = (neutral if self.mean is None else self.mean, self.normal) if shape is Shape.NORMAL else (0.0, 0.0)
+        normal = (neutral if self.mean is None else self.mean, self.normal) if shape == "normal" else (0.0, 0.0)
         low, high, mean, std = (np.array(number, np.float64) for number in (*(ends or (-np.inf, np.inf)), *normal))
         return Distribution(shape=shape, low=low, high=high, mean=mean, std=std)
 
@@ -121,13 +121,13 @@ class _Timed(_Model):
             raise ValueError("'when' and 'every' cannot be combined; choose one")
         return self
 
-    def schedule(self, default: str) -> Schedule:
+    def schedule(self, default: Literal["reset", "step"]) -> Schedule:
         """Return the schedule, given the default of ``when``."""
         if self.every is not None:
             ends = self.every.seconds or self.every.steps or (1.0, 1.0)
-            return Schedule(when=When.INTERVAL, interval=ends, in_seconds=self.every.seconds is not None)
+            return Schedule(when="interval", interval=ends, in_seconds=self.every.seconds is not None)
         when = self.when or default
-        return Schedule(when=When.INTERVAL, interval=(1, 1)) if when == "step" else Schedule(when=When(when))
+        return Schedule(when="interval", interval=(1, 1)) if when == "step" else Schedule(when=when)
 
 
 class _Gravity(_Timed):
@@ -158,7 +158,7 @@ class _ActionDelay(_Timed):
 
     def change(self) -> tuple[str, Distribution]:
         low, high = (np.array(float(end)) for end in self.steps)
-        return "set", Distribution(shape=Shape.UNIFORM, low=low, high=high, integer=True)
+        return "set", Distribution(shape="uniform", low=low, high=high, integer=True)
 
 
 class _ObservationDelay(_ActionDelay):

@@ -10,6 +10,8 @@
       action_delay: {steps: [0, 2]}
       observation_noise: {joint_positions: {normal: 0.005}}
       observation_delay: {steps: 1}
+      color: {target: cube, set: [0, 1]}
+      camera_position: {target: overview, add: {normal: 0.02}}
 """
 
 from __future__ import annotations
@@ -21,10 +23,9 @@ from typing import Any
 from frobs_core import plugins
 from frobs_core.plugins.records import ParameterRecord
 from frobs_core.sensing.randomization.draw import Setting
-from frobs_core.util.errors import ConfigFileError, ConfigurationError, SettingError, check_keys
+from frobs_core.util.errors import ConfigurationError, SettingError, check_keys
 from frobs_core.util.plain import plain
-from frobs_core.util.validation import validate
-from frobs_core.util.yaml import find_origin
+from frobs_core.util.validation import located, validate
 
 CAPABILITY: Mapping[str, str] = {
     "mass": "randomize_mass",
@@ -34,8 +35,15 @@ CAPABILITY: Mapping[str, str] = {
     "damping": "randomize_gains",
     "joint_damping": "randomize_joint_damping",
     "gravity": "randomize_gravity",
+    "color": "randomize_looks",
+    "light": "randomize_looks",
+    "camera_position": "randomize_cameras",
+    "camera_rotation": "randomize_cameras",
+    "camera_fov": "randomize_cameras",
+    "texture": "randomize_scenery",
+    "distractors": "randomize_scenery",
 }
-"""Simulator capability that each physical parameter of the core requires."""
+"""Simulator capability that each parameter of the core requires. The last seven change only images."""
 
 
 def physical_parameters() -> Mapping[str, str]:
@@ -90,10 +98,7 @@ def read_settings(given: Mapping[str, Any] | None) -> Settings | None:
             check_keys("randomize", [name], known)
             items += _read(name, entry)
         except ConfigurationError as error:
-            origin = find_origin(given, [name])
-            if origin is None or isinstance(error, ConfigFileError):
-                raise
-            raise ConfigFileError(*origin, str(error)) from None
+            raise located(error, given, [name]) from None
     return Settings(plain(given, for_yaml=True), tuple(items))
 
 

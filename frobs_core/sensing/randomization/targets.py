@@ -55,9 +55,9 @@ def find_units(simulation: Simulation, parameter: str) -> list[Unit]:
                 _read(simulation, parameter, name, tuple(f"{name}/{joint}" for joint in robot.joint_names))
                 for name, robot in simulation.robots.items()
             ]
-        case _:  # size, or a parameter of a plugin
+        case _:  # size, looks, or a parameter of a plugin
             targets = simulation.parameter_targets(parameter)
-            return [_read(simulation, parameter, target, (target or parameter,)) for target in targets]
+            return [_read(simulation, parameter, target) for target in targets]
 
 
 def matches(patterns: Sequence[str], names: Sequence[str], what: str) -> list[int]:
@@ -84,6 +84,7 @@ def matches(patterns: Sequence[str], names: Sequence[str], what: str) -> list[in
     return sorted(found)
 
 
-def _read(simulation: Simulation, parameter: str, target: str, names: tuple[str, ...]) -> Unit:
-    values = np.array(simulation.parameter(parameter, target), np.float64)
-    return Unit(target, names, values.reshape(simulation.num_envs, len(names)))
+def _read(simulation: Simulation, parameter: str, target: str, names: tuple[str, ...] = ()) -> Unit:
+    """Return a unit. Without names, each of its values has the name of the target."""
+    values = np.array(simulation.parameter(parameter, target), np.float64).reshape(simulation.num_envs, -1)
+    return Unit(target, names or (target or parameter,) * values.shape[1], values)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.contracts import Snapshot
+from frobs_core.contracts import Snapshot, Stateful
 from frobs_core.description import Sensor
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import SettingError
@@ -13,7 +13,7 @@ from frobs_core.util.random import RandomSource
 _CLOSE = 1e-6
 
 
-class Channel:
+class Channel(Stateful):
     """Samples of one sensor, including samples that have not arrived yet.
 
     Samples are taken at a reset and every ``period`` control steps after the reset. Each sample becomes readable
@@ -28,15 +28,14 @@ class Channel:
         self._noise, self._resolution = np.asarray(sensor.noise), np.asarray(sensor.resolution)
         # Divisor that is never 0. Elements without a resolution do not use the result of the division.
         self._grain = np.where(self._resolution > 0.0, self._resolution, 1.0)
-        self._samples: Floats = np.zeros((delay + 1, num_envs, sensor.width))  # ring buffer of the last control steps
-        self._newest = 0
+        self._samples: Floats = np.zeros((num_envs, delay + 1, sensor.width))  # of the last control steps, newest first
         self._everywhere = np.ones(num_envs, np.bool_)
 
     @property
     def reading(self) -> Floats:
         """Sample that arrives at the current step, (num_envs, width)."""
-        found: Floats = self._samples[(self._newest + 1) % len(self._samples)]
-        return found
+        arriving: Floats = self._samples[:, -1]
+        return arriving
 
     def due(self, rng: RandomSource) -> Mask:
         """Return a mask of the environments whose sensor takes a sample at this step, (num_envs,) bool."""
@@ -50,28 +49,25 @@ class Channel:
         sample = self._spoil(rng, true[mask], mask)
         if self._sensor.dropout and self._lost is not None:
             sample = self._lose(rng, sample, mask)
-        self._samples[:, mask] = sample
+        self._samples[mask] = sample[:, None]
 
     def advance(self, rng: RandomSource, true: Floats | None, due: Mask) -> None:
         """Advance by one control step, and take samples in the environments ``due``.
 
         The true values, (num_envs, width), are None if no environment takes a sample.
         """
-        last = self._samples[self._newest]
-        self._newest = (self._newest + 1) % len(self._samples)
-        now = self._samples[self._newest]
-        if len(self._samples) > 1:
-            now[:] = last
+        if self._samples.shape[1] > 1:
+            self._samples[:, 1:] = self._samples[:, :-1].copy()
         if true is None:
             return
         sample = self._spoil(rng, true[due], due)
         if self._sensor.dropout:
             if self._lost is None:
                 kept = rng.uniform(self._dropout_stream, mask=due) >= self._sensor.dropout
-                sample = np.where(kept[:, None], sample, last[due])
+                sample = np.where(kept[:, None], sample, self._samples[due, 0])
             else:
                 sample = self._lose(rng, sample, due)
-        now[due] = sample
+        self._samples[due, 0] = sample
 
     def _spoil(self, rng: RandomSource, true: Floats, mask: Mask) -> Floats:
         """Add noise to true values, (n, width), round them to the resolution, and clip them to the range."""
@@ -90,15 +86,9 @@ class Channel:
         kept = rng.uniform(self._dropout_stream, shape=(self._sensor.width,), mask=mask) >= self._sensor.dropout
         return np.where(kept, sample, np.asarray(self._lost, np.float64))
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the samples that have not arrived yet, (num_envs, delay + 1, width), newest first."""
-        order = (self._newest - np.arange(len(self._samples))) % len(self._samples)
-        return {"samples": self._samples[order].swapaxes(0, 1).copy()}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self._newest = len(self._samples) - 1
-        self._samples[:] = snapshot["samples"].swapaxes(0, 1)[::-1]
+        return {"samples": self._samples}
 
 
 def count_period(name: str, sensor: Sensor, control_timestep: float) -> int:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace
-from importlib import import_module
 from typing import Any
 
 from frobs_core.contracts import RobotHandle, Simulation, Stateful
 from frobs_core.description import Contact, Placement, Scene, Sensor
 from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.attributes import load_attribute
 from frobs_core.util.errors import PluginError
 
 
@@ -62,9 +62,8 @@ def instrument_of(sensor: Sensor) -> type[Instrument]:
     Raises:
         PluginError: The instrument cannot be imported.
     """
-    module, _, attribute = sensor.instrument.partition(":")
     try:
-        cls: type[Instrument] = getattr(import_module(module), attribute)
+        cls: type[Instrument] = load_attribute(sensor.instrument)
     except (ImportError, AttributeError, ValueError) as error:
         raise PluginError(
             f"the sensor type {type(sensor).__name__} has the instrument '{sensor.instrument}', which cannot be "

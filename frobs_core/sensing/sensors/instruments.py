@@ -18,7 +18,6 @@ class LidarInstrument(Instrument):
     """Instrument that measures the distance along each ray [m]."""
 
     def measure(self) -> Floats:
-        """Return the distances, (num_envs, rays) [m]."""
         return self.robot.lidar(self.name)
 
 
@@ -33,12 +32,6 @@ class ForceTorqueInstrument(Instrument):
 class BumperInstrument(Instrument):
     """Instrument that reads 1.0 if any of a bumper's links touched something, and 0.0 otherwise."""
 
-    def __init__(
-        self, name: str, sensor: Sensor, simulation: Simulation, robot: RobotHandle, control_timestep: float
-    ) -> None:
-        super().__init__(name, sensor, simulation, robot, control_timestep)
-        self._contacts = [_contact(name, link, robot.name) for link in sensor.frames]
-
     @classmethod
     def contacts(cls, name: str, sensor: Any, robot: str, scene: Scene) -> Mapping[str, Contact]:
         """Return one contact for each link. If there is no floor, ``"floor"`` is removed from the ignored objects."""
@@ -46,10 +39,8 @@ class BumperInstrument(Instrument):
         return {_contact(name, link, robot): Contact(first=f"{robot}/{link}", ignore=there) for link in sensor.frames}
 
     def measure(self) -> Floats:
-        """Return the state of the switch, (num_envs, 1)."""
-        touched = self.simulation.contact(self._contacts[0])
-        for name in self._contacts[1:]:
-            touched = touched | self.simulation.contact(name)
+        contacts = [_contact(self.name, link, self.robot.name) for link in self.sensor.frames]
+        touched: Mask = np.any([self.simulation.contact(contact) for contact in contacts], axis=0)
         return touched[:, None].astype(np.float64)
 
 
@@ -84,7 +75,6 @@ class ImuInstrument(Instrument):
         self._velocity = velocity
 
     def measure(self) -> Floats:
-        """Return angular velocity and specific force, both in the link's frame, (num_envs, 6)."""
         _, quat = self.robot.frame_pose(self._frame)
         _, ang_vel_world = self.robot.frame_velocity(self._frame)
         into = quat_conjugate(quat)
@@ -100,5 +90,4 @@ class ImuInstrument(Instrument):
         return lin_vel_world + np.cross(ang_vel_world, arm)
 
     def stored_arrays(self) -> Snapshot:
-        """Return the most recent velocity and acceleration."""
         return {"velocity": self._velocity, "acceleration": self._acceleration}

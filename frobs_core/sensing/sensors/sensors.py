@@ -68,7 +68,7 @@ class Sensors(Stateful):
         return tuple(self._sensors)
 
     def term(self, name: str) -> ObservationTerm:
-        """Return an observation term that reads a sensor.
+        """Return an observation term that reads the sensor ``name``.
 
         Raises:
             UnknownNameError: The sensor does not exist.
@@ -79,7 +79,7 @@ class Sensors(Stateful):
         )
 
     def space(self, name: str) -> gym.spaces.Box:
-        """Return the space of a sensor's reading in one environment: (width,) float32, in the sensor's unit.
+        """Return the space of the sensor ``name`` in one environment: (width,) float32, in the sensor's unit.
 
         Raises:
             UnknownNameError: The sensor does not exist.
@@ -113,7 +113,7 @@ class Sensors(Stateful):
                 channel.advance(rng, instrument.measure() if due.any() else None, due)
 
     def read(self, name: str) -> Floats:
-        """Return a sensor's reading in the sensor's unit, (num_envs, width) float64.
+        """Return the reading of the sensor ``name`` in its unit, (num_envs, width) float64.
 
         The array is read-only and valid until the next step.
 
@@ -134,11 +134,9 @@ class Sensors(Stateful):
         return self._sensors[name]
 
     def stored_parts(self) -> Mapping[str, Instrument | Channel]:
-        """Return the instruments and the samples that they have taken."""
         instruments = {f"sensor/{name}": instrument for name, instrument in self._instruments.items()}
         return {**instruments, **{f"sensor/{name}/read": channel for name, channel in self._channels.items()}}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot. Entries that belong to other objects are ignored."""
         self._readings.clear()
         super().restore(snapshot)

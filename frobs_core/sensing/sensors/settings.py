@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import Any
 
 from frobs_core import plugins
 from frobs_core.description import Sensor
 from frobs_core.description.sensor import SENSORS
 from frobs_core.util.errors import (
-    ConfigFileError,
     ConfigurationError,
     ParameterValueError,
     PluginError,
     SettingError,
     UnknownParameterError,
-    check_keys,
     check_name,
 )
-from frobs_core.util.validation import check_fields
-from frobs_core.util.yaml import find_origin
+from frobs_core.util.validation import check_fields, located
 
 
 def apply_settings(sensors: Mapping[str, Sensor], given: Mapping[str, Any]) -> dict[str, Sensor]:
@@ -47,11 +44,8 @@ def apply_settings(sensors: Mapping[str, Sensor], given: Mapping[str, Any]) -> d
         try:
             sensor = _apply(str(name), sensors, setting)
         except ConfigurationError as error:
-            key = error.name if isinstance(error, UnknownParameterError) else None
-            origin = find_origin(given, [name] if key is None else [name, key])
-            if origin is None:
-                raise
-            raise ConfigFileError(*origin, str(error)) from None
+            keys = [name, error.name] if isinstance(error, UnknownParameterError) else [name]
+            raise located(error, given, keys) from None
         if sensor is None:
             changed.pop(name, None)
         else:
@@ -70,16 +64,12 @@ def _apply(name: str, sensors: Mapping[str, Sensor], setting: Any) -> Sensor | N
         check_name("sensor of the robot (a new sensor requires a type)", name, sensors)
     if setting is None:
         return None
-    is_new = "type" in setting
-    cls = _sensor_type(str(setting["type"])) if is_new else type(sensors[name])
-    changes = {key: value for key, value in setting.items() if key != "type"}
-    owner = f"sensor '{name}' (a {cls.type_name})"
-    if is_new:
-        check_fields(owner, cls, changes)
-    else:
-        check_keys(owner, changes, [field.name for field in fields(cls)])
+    cls = _sensor_type(str(setting["type"])) if "type" in setting else type(sensors[name])
+    unchanged = {} if "type" in setting else {item.name: getattr(sensors[name], item.name) for item in fields(cls)}
+    settings = {**unchanged, **{key: value for key, value in setting.items() if key != "type"}}
+    check_fields(f"sensor '{name}' (a {cls.type_name})", cls, settings)
     try:
-        return cls(**changes) if is_new else replace(sensors[name], **changes)
+        return cls(**settings)
     except ConfigurationError as error:
         raise SettingError(f"sensors.{name}", str(error)) from None
 

@@ -1,5 +1,7 @@
 """What holds for each controller of this distribution."""
 
+import json
+
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -91,3 +93,12 @@ def test_reset_forgets_in_the_masked_environments_only(case):
     for name, start in fresh.snapshot().items():
         assert np.array_equal(after[name][mask], start[mask])
         assert np.array_equal(after[name][~mask], before[name][~mask])
+
+
+def test_the_law_can_be_written_as_json(case):
+    controller, robot = case(2)
+    law = controller.law()
+    assert json.loads(json.dumps(law)) == law
+    if law:
+        assert law["law"] in RECORDS
+        assert law["joints"] == list(robot.joint_names)

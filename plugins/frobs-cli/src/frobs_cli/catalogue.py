@@ -22,6 +22,7 @@ EXTENSIONS = {
     "sensor_type": "sensor_type",
     "parameter": "parameter",
     "policy": "policy",
+    "viewer": "viewer",
     "command": "",
 }
 """Kinds of additions to the contracts and to the program, with the kind of their records."""
@@ -45,7 +46,11 @@ class Listed:
 
 
 def kind_of(word: str) -> str:
-    """Return the kind with the given singular or plural name. ``"environment"`` is considered a kind here."""
+    """Return the kind whose singular or plural name is ``word``. ``"environment"`` is considered a kind here.
+
+    Raises:
+        UnknownNameError: There is no such kind.
+    """
     kinds = (*KINDS, *EXTENSIONS)
     known = {**{kind: kind for kind in kinds}, **{plural(kind): kind for kind in kinds}, **_WORDS}
     known_kind = known.get(word.lower().replace("-", "_"))
@@ -116,7 +121,12 @@ def why_unusable(record: Record) -> str:
 
 
 def source_of(kind: str, record: Record) -> str:
-    """Return a record's distribution and version, or an empty string if the record does not come from a plugin."""
+    """Return the distribution and version of a record, or an empty string if the record does not come from a plugin.
+
+    Args:
+        kind: Name of the record's kind.
+        record: The record.
+    """
     return next((item.source for item in listed(kind) if item.record is record), "")
 
 

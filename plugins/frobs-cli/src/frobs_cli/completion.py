@@ -8,7 +8,7 @@ from __future__ import annotations
 
 
 def complete_id(incomplete: str) -> list[str]:
-    """Return the environment IDs that begin with the given text, from all plugins."""
+    """Return the environment IDs that begin with the ``incomplete`` text, from all plugins."""
     from frobs_core import plugins
     from frobs_core.plugins.records import TaskRecord
 
@@ -17,7 +17,7 @@ def complete_id(incomplete: str) -> list[str]:
 
 
 def complete_policy(incomplete: str) -> list[str]:
-    """Return the names of policies that begin with the given text. Policies that open paths have no such name."""
+    """Return the names of policies that begin with the ``incomplete`` text. Policies that open paths are omitted."""
     from frobs_core import plugins
     from frobs_core.plugins.records import PolicyRecord
 
@@ -26,7 +26,7 @@ def complete_policy(incomplete: str) -> list[str]:
 
 
 def complete_kind(incomplete: str) -> list[str]:
-    """Return the plural names of the record kinds, and ``envs``, that begin with the given text."""
+    """Return the plural names of the record kinds, and ``envs``, that begin with the ``incomplete`` text."""
     from frobs_cli.catalogue import EXTENSIONS, plural
     from frobs_core.plugins.records import KINDS
 

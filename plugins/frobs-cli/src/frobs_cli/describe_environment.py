@@ -11,12 +11,14 @@ import numpy as np
 from gymnasium.envs.registration import EnvSpec
 
 from frobs_cli import catalogue
+from frobs_cli.describe_fit import CHANGE, fit_rows
 from frobs_cli.describe_record import task_facts
 from frobs_cli.parameters import parameters
 from frobs_cli.providers import providers
 from frobs_core import plugins
 from frobs_core.kernel.compose import build, needs_of_task
 from frobs_core.kernel.config import EnvConfig
+from frobs_core.kernel.fitting import fixed_keywords
 from frobs_core.plugins import registry
 from frobs_core.plugins.capabilities import check_capabilities
 from frobs_core.plugins.records import (
@@ -33,27 +35,41 @@ _YOURS = "any: choose one with robot=…"
 _DEPENDS = "the shape depends on the chosen robot"
 
 
-def describe_environment(spec: EnvSpec) -> dict[str, Any]:
-    """Return the facts about an environment ID, including ``error`` if the environment cannot be built."""
+def describe_environment(spec: EnvSpec, chosen: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Return the facts about an environment ID, including ``error`` if the environment cannot be built.
+
+    Args:
+        spec: Specification of the ID.
+        chosen: Keywords that select another robot. The facts then include how the task is fitted to the robot.
+    """
     facts: dict[str, Any] = {"kind": catalogue.ENVIRONMENT, "name": spec.id}
     ours = registry.environments().get(spec.id)
     if ours is None:
         facts["entry_point"] = str(spec.entry_point)
         facts["max_episode_steps"] = spec.max_episode_steps
-        facts |= _spaces(spec)
+        facts |= _spaces(spec, {})
         facts["keywords"] = dict(spec.kwargs)
         return facts
     task, environment = ours
+    robot = (chosen or {}).get("robot") or environment.robot
+    fixed = fixed_keywords({**spec.kwargs, **chosen}) if chosen else {}
     facts |= {
         "summary": environment.summary,
         "from": catalogue.source_of("task", task),
         "task": task.name,
-        "robot": environment.robot or _YOURS,
+        "robot": robot or _YOURS,
         "controller": environment.controller,
         "simulator": environment.simulator,
         "max_episode_steps": environment.max_episode_steps,
-        **(_spaces(spec) if environment.robot else dict.fromkeys(("action_space", "observation_space"), _DEPENDS)),
+        **(
+            _spaces(spec, {**(chosen or {}), **fixed})
+            if robot
+            else dict.fromkeys(("action_space", "observation_space"), _DEPENDS)
+        ),
     }
+    if chosen and fixed:
+        facts["to_change"] = CHANGE
+        facts["found_and_fitted"] = fit_rows({**spec.kwargs, **chosen}, fixed)
     with contextlib.suppress(FrobsError):  # _spaces already reports parts that cannot be imported
         facts |= _task(task, environment)
         facts["controller_parameters"] = _controller(environment)
@@ -76,9 +92,9 @@ def readable_environment(facts: Mapping[str, Any]) -> dict[str, Any]:
     return shown
 
 
-def _spaces(spec: EnvSpec) -> dict[str, Any]:
+def _spaces(spec: EnvSpec, keywords: Mapping[str, Any]) -> dict[str, Any]:
     try:
-        env = gym.make(spec, disable_env_checker=True)
+        env = gym.make(spec, disable_env_checker=True, **keywords)
     except (FrobsError, gym.error.Error) as error:
         return {"error": str(error)}
     spaces = {"action_space": space_text(env.action_space), "observation_space": space_text(env.observation_space)}

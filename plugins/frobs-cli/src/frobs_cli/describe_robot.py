@@ -5,23 +5,26 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 from frobs_core import plugins
 from frobs_core.contracts import joint_groups
 from frobs_core.description import ALL, Robot
+from frobs_core.kernel.robot_config import RobotConfig
+from frobs_core.kernel.robot_file import is_robot_file
 from frobs_core.models import JointType, RobotModel, is_model_file
 from frobs_core.util.errors import FrobsError
 
 
-def robot_of(name: str, xacro_args: Mapping[str, str], package_paths: Mapping[str, str | Path]) -> Robot | None:
-    """Return the robot with the given name or model file, or None if no robot has this name."""
-    if is_model_file(name):
-        paths = {package: str(folder) for package, folder in package_paths.items()}
-        return Robot(
-            model=name, name=Path(name).name.partition(".")[0], xacro_args=dict(xacro_args), package_paths=paths
-        )
+def robot_of(name: str, keywords: Mapping[str, Any]) -> Robot | None:
+    """Return the robot with the given name, model file or robot file, or None if no robot has this name.
+
+    Args:
+        name: Name or path.
+        keywords: Keywords of a robot that is a file, such as ``xacro_args``.
+    """
+    if is_model_file(name) or is_robot_file(name):
+        return RobotConfig(robot=name, **keywords).describe()
     bare = name.removeprefix("robot:")
     if bare not in plugins.records("robot"):
         return None
@@ -35,7 +38,7 @@ def describe_file(robot: Robot) -> dict[str, Any]:
     Raises:
         ModelFileError: The file cannot be read.
     """
-    load(robot)
+    robot.read_model()
     return {"kind": "robot file", "name": robot.name, **describe_robot(robot)}
 
 
@@ -43,7 +46,7 @@ def describe_robot(robot: Robot) -> dict[str, Any]:
     """Return the facts about a robot, including ``error`` if the robot's model file cannot be read."""
     facts: dict[str, Any] = {"model": robot.model, "base": robot.base, "tcp": robot.tcp}
     try:
-        model = load(robot)
+        model = robot.read_model()
         grouped = [
             {"group": name, "joints": list(names), "default_controller": robot.default_controllers.get(name)}
             for name, names in joint_groups(robot, model).items()
@@ -113,13 +116,6 @@ def sensors(robot: Robot) -> list[dict[str, Any]]:
         }
         for name, sensor in robot.sensors.items()
     ]
-
-
-def load(robot: Robot) -> RobotModel:
-    """Read a robot's model file."""
-    from frobs_core.models import load_model
-
-    return load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)
 
 
 def _finite(value: float) -> float | None:

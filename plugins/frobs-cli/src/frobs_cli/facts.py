@@ -75,7 +75,7 @@ def is_empty(value: Any) -> bool:
 
 
 def dotted(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Flatten nested mappings into one mapping whose keys are dotted paths, in the form that ``--set`` accepts."""
+    """Flatten a nested ``mapping``. The keys of the result are ``prefix`` and dotted paths, as ``--set`` accepts."""
     flat: dict[str, Any] = {}
     for key, value in mapping.items():
         if isinstance(value, Mapping) and value:

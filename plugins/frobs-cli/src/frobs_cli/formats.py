@@ -4,19 +4,19 @@ from __future__ import annotations
 
 
 def percent(share: float | None, digits: int = 1) -> str:
-    """Return a fraction as a percentage such as ``"98.4 %"``, or ``"–"`` for None."""
+    """Return ``share`` as a percentage with ``digits`` decimals, such as ``"98.4 %"``, or ``"–"`` for None."""
     return "–" if share is None else f"{100.0 * share:.{digits}f} %"
 
 
 def number(value: float | None) -> str:
-    """Return a number as text such as ``"1,234"``, ``"123.4"`` or ``"1.23"``, or ``"–"`` for an unknown number."""
+    """Return ``value`` as text such as ``"1,234"``, ``"123.4"`` or ``"1.23"``, or ``"–"`` for an unknown number."""
     if value is None:
         return "–"
     return f"{value:,.0f}" if abs(value) >= 1_000 else f"{value:.1f}" if abs(value) >= 100 else f"{value:.2f}"
 
 
 def duration(seconds: float) -> str:
-    """Return a duration [s] as text such as ``"12 s"``, ``"3:05"`` or ``"1:02:03"``."""
+    """Return a duration in ``seconds`` [s] as text such as ``"12 s"``, ``"3:05"`` or ``"1:02:03"``."""
     rounded = round(seconds)
     if rounded < 60:
         return f"{seconds:.1f} s" if seconds < 10 else f"{rounded} s"

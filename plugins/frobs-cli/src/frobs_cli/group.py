@@ -41,7 +41,7 @@ class FrobsCommand(TyperCommand):
         return _without_types(super().get_params(ctx))
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse the arguments, after writing whole numbers such as ``1e5`` as integers."""
+        """Parse ``args``, after writing whole numbers such as ``1e5`` as integers."""
         counts = {name: option.nargs for option in self.get_params(ctx) if _is_integer(option) for name in option.opts}
         written, left = [], 0
         for arg in args:
@@ -63,7 +63,7 @@ class FrobsGroup(TyperGroup):
         return _without_types(super().get_params(ctx))
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return the command whose name is the first argument.
+        """Return the command whose name is the first of ``args``.
 
         Raises:
             UnknownNameError: No command has this name. The message suggests the closest match.
@@ -85,11 +85,11 @@ class FrobsGroup(TyperGroup):
             raise typer.Exit(getattr(interrupt, "exit_code", INTERRUPTED)) from None
 
     def passes_options_on(self, args: Sequence[str]) -> bool:
-        """Return whether a command line ends with options that are passed to another program."""
+        """Return whether a command line, ``args``, ends with options that are passed to another program."""
         return False
 
     def main(self, args: Sequence[str] | None = None, *positional: Any, **keywords: Any) -> NoReturn:
-        """Run a command and exit the process."""
+        """Run the command line ``args``, by default that of the process, and exit the process."""
         given = list(sys.argv[1:] if args is None else args)
         debug = "--debug" in given or os.environ.get("FROBS_DEBUG", "0") not in ("", "0")
         keywords["standalone_mode"] = False

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from frobs_cli.errors import CommandLineError
+from frobs_cli.options import Attach, Gripper, Robot, Tcp
 from frobs_models import package_name
 
 XacroArgs = Annotated[
@@ -27,21 +29,35 @@ PackagePath = Annotated[
 ]
 
 
-def robot_keywords(
-    robot: str | None, tcp: str | None, args: Sequence[str] | None, package_path: Sequence[str] | None
-) -> dict[str, Any]:
-    """Return the environment arguments for the options ``--robot``, ``--tcp``, ``--args`` and ``--package-path``.
+ROBOT_FLAGS = ("robot", "tcp", "gripper", "attach")
+"""Names of the options that are keywords of an environment."""
 
-    Raises:
-        CommandLineError: An argument does not have the form ``name:=value``, or a folder does not exist.
-    """
-    paths = {name: str(folder) for name, folder in package_paths(package_path).items()}
-    keywords = {"robot": robot, "tcp": tcp, "xacro_args": xacro_args(args), "package_paths": paths}
-    return {name: value for name, value in keywords.items() if value}
+
+@dataclass(frozen=True, kw_only=True)
+class RobotChoice:
+    """Options of commands that build an environment with another robot."""
+
+    robot: Robot = None
+    tcp: Tcp = None
+    gripper: Gripper = None
+    attach: Attach = None
+    args: XacroArgs = None
+    package_path: PackagePath = None
+
+    def keywords(self) -> dict[str, Any]:
+        """Return the keywords of an environment.
+
+        Raises:
+            CommandLineError: An argument does not have the form ``name:=value``, or a folder does not exist.
+        """
+        paths = {name: str(folder) for name, folder in package_paths(self.package_path).items()}
+        keywords = {name: getattr(self, name) for name in ROBOT_FLAGS}
+        keywords |= {"xacro_args": xacro_args(self.args), "package_paths": paths}
+        return {name: value for name, value in keywords.items() if value}
 
 
 def xacro_args(given: Sequence[str] | None) -> dict[str, str]:
-    """Return xacro arguments by name. A string may contain several arguments, separated by spaces.
+    """Return the ``given`` xacro arguments by name. A string may contain several arguments, separated by spaces.
 
     Raises:
         ConfigurationError: An argument does not have the form ``name:=value``.
@@ -56,7 +72,7 @@ def xacro_args(given: Sequence[str] | None) -> dict[str, str]:
 
 
 def package_paths(given: Sequence[str] | None) -> dict[str, str | Path]:
-    """Return ROS package folders by package name.
+    """Return the ``given`` ROS package folders by package name.
 
     Raises:
         ConfigurationError: A folder does not exist.

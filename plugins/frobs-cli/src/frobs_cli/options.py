@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -25,57 +25,50 @@ RunFolder = Annotated[
     Path, typer.Argument(metavar="RUN", show_default=False, help="Run folder written by 'frobs train'.")
 ]
 
+
+def _name(default: str, help: str, metavar: str = "NAME") -> Any:
+    """Return an option that, if omitted, has the value that ``default`` describes."""
+    return typer.Option(metavar=metavar, show_default=default, help=help)
+
+
 Robot = Annotated[
     str | None,
-    typer.Option(
-        metavar="NAME",
-        show_default="the environment's robot",
-        help="Robot: a name from 'frobs list robots', or a URDF, xacro or MJCF file.",
+    _name(
+        "the environment's robot",
+        "Robot: a name from 'frobs list robots', a URDF, xacro or MJCF file, or a YAML file that 'frobs doctor robot "
+        "--write' wrote.",
     ),
 ]
-
 Tcp = Annotated[
+    str | None, _name("the robot's TCP", "Robot link that serves as the tool center point (TCP).", metavar="LINK")
+]
+Gripper = Annotated[
     str | None,
-    typer.Option(
-        metavar="LINK", show_default="the robot's TCP", help="Robot link that serves as the tool center point (TCP)."
+    _name(
+        "found in the file",
+        "Joints that move the fingers of a model file's gripper, separated by commas.",
+        metavar="JOINT[,JOINT]",
     ),
 ]
-
-Base = Annotated[
+Attach = Annotated[
     str | None,
-    typer.Option(
-        metavar="KIND",
-        show_default="the robot's base",
-        help="How the robot's root link can move: fixed, floating or wheeled.",
+    _name(
+        "nothing",
+        "Gripper to mount on the arm: a name from 'frobs list robots', or a model file. It is mounted on LINK, which "
+        "defaults to the arm's tool center point or last link.",
+        metavar="GRIPPER[@LINK]",
     ),
 ]
-
 Simulator = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NAME",
-        show_default="the environment's simulator",
-        help="Simulator: a name from 'frobs list simulators'.",
-    ),
+    str | None, _name("the environment's simulator", "Simulator: a name from 'frobs list simulators'.")
 ]
-
 Controller = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NAME",
-        show_default="the environment's controller",
-        help="Controller: a name from 'frobs list controllers'.",
-    ),
-]
-
-Algorithm = Annotated[
-    str | None,
-    typer.Option(metavar="NAME", show_default="ppo", help="Training algorithm: a name from 'frobs list algorithms'."),
+    str | None, _name("the environment's controller", "Controller: a name from 'frobs list controllers'.")
 ]
 
 NumEnvs = Annotated[
     int | None,
-    typer.Option(metavar="N", min=1, show_default=False, help="Number of environments to simulate in parallel."),
+    typer.Option(metavar="N", min=1, help="Number of environments to simulate in parallel."),
 ]
 
 Randomized = Annotated[
@@ -106,4 +99,4 @@ LongestEpisode = Annotated[
     ),
 ]
 
-Seed = Annotated[int | None, typer.Option(metavar="S", min=0, show_default=False, help="Random seed.")]
+Seed = Annotated[int | None, typer.Option(metavar="S", min=0, help="Random seed.")]

@@ -37,17 +37,17 @@ _NOT_IN_A_MESSAGE = re.compile(f"\n(?! {{2}})|[\x00-\x08\x0b-\x1f{_INVISIBLE}]")
 
 
 def one_line(text: str) -> str:
-    """Escape control characters and line breaks, so that a name cannot control the terminal or pose as a line."""
+    """Escape control characters and line breaks, so that ``text`` cannot control the terminal or pose as a line."""
     return _NOT_IN_A_LINE.sub(_escape, text)
 
 
 def message(text: str) -> str:
-    """Escape control characters and line breaks, except line breaks before an indented line, such as a table's row."""
+    """Escape control characters and line breaks in ``text``, except line breaks before indented lines such as rows."""
     return _NOT_IN_A_MESSAGE.sub(_escape, text)
 
 
 def printable(text: str) -> str:
-    """Escape control characters other than line breaks and tabs."""
+    """Escape control characters in ``text`` other than line breaks and tabs."""
     return _UNPRINTABLE.sub(_escape, text)
 
 
@@ -56,7 +56,11 @@ def _escape(found: re.Match[str]) -> str:
 
 
 def console(*, stderr: bool = False) -> Console:
-    """Return a console that is as wide as the terminal, or 1,000 characters wide for pipes and files."""
+    """Return a console that is as wide as the terminal, or 1,000 characters wide for pipes and files.
+
+    Args:
+        stderr: Whether to write to stderr instead of stdout.
+    """
     from rich.console import Console
     from rich.segment import Segment
 
@@ -79,21 +83,27 @@ def _reader_gone() -> NoReturn:
     raise BrokenPipeError
 
 
+_SHOWN = 500
+_LONG_WORD = re.compile(rf"\S{{{_SHOWN + 100},}}")
+"""A word that fills the terminal, such as an argument that is the contents of a file."""
+
+
 def print_line(text: RenderableType = "") -> None:
     """Write human-readable output to stdout."""
     console().print(one_line(text) if isinstance(text, str) else text, soft_wrap=isinstance(text, str), markup=False)
 
 
 def print_note(text: str) -> None:
-    """Write one line to stderr."""
+    """Write ``text`` as one line to stderr."""
     console(stderr=True).print(one_line(text), style="dim", soft_wrap=True)
 
 
 def print_error(text: str) -> None:
-    """Write ``error: …`` to stderr. Only indented lines, such as the rows of a table, may follow the first line."""
+    """Write ``error:`` and ``text`` to stderr. Only indented lines, such as table rows, may follow the first line."""
     from rich.text import Text
 
-    console(stderr=True).print(Text.assemble(("error:", "bold red"), " ", message(text)), soft_wrap=True)
+    short = _LONG_WORD.sub(lambda word: f"{word[0][:_SHOWN]}…", text)
+    console(stderr=True).print(Text.assemble(("error:", "bold red"), " ", message(short)), soft_wrap=True)
 
 
 @contextlib.contextmanager
@@ -137,7 +147,7 @@ def _lines(text: str) -> Iterator[Callable[[str], None]]:
 
 
 def print_title(text: str, detail: str = "") -> None:
-    """Write the heading of a section to stdout."""
+    """Write the heading of a section, ``text`` and less visible ``detail``, to stdout."""
     from rich.text import Text
 
     heading = Text.assemble((one_line(text), "bold"), (f"  {one_line(detail)}" if detail else "", "dim"))
@@ -203,7 +213,7 @@ def _escape_in_json(found: re.Match[str]) -> str:
 
 @contextlib.contextmanager
 def only_json(enabled: bool) -> Iterator[None]:
-    """Redirect the output of libraries to stderr while a command collects the results that it writes as JSON."""
+    """If ``enabled``, redirect the output of libraries to stderr while a command collects what it writes as JSON."""
     if not enabled:
         yield
         return

@@ -7,8 +7,6 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from frobs_core.util.keywords import constructor_parameters
-
 _SECTIONS = ("Args:", "Attributes:")
 _MARKUP = re.compile(r"(?::[\w:]+:)?`{1,2}~?([^`]*)`{1,2}")
 """Pattern for inline code and roles in reStructuredText, which captures the displayed text."""
@@ -21,6 +19,8 @@ def parameters(cls: type) -> list[dict[str, Any]]:
     Returns:
         A dictionary for each keyword, with ``name``, ``required``, ``default`` (None if required) and ``help``.
     """
+    from frobs_core.util.keywords import constructor_parameters
+
     documented = descriptions(cls)
     rows = []
     for name, parameter in constructor_parameters(cls).items():

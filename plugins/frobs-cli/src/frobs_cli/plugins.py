@@ -17,6 +17,18 @@ from frobs_core.util.install_hints import local_install_hint
 if TYPE_CHECKING:
     from rich.text import Text
 
+_KEYS = [
+    "name",
+    "distribution",
+    "version",
+    "module",
+    "state",
+    "cause",
+    "warning",
+    "made_for",
+    "traceback",
+    "import_seconds",
+]
 _STATES = {"loaded": "green", "failed": "bold red", "disabled": "yellow"}
 
 
@@ -59,16 +71,7 @@ def plugins(
 
 def _facts(report: PluginReport) -> dict[str, object]:
     return {
-        "name": report.name,
-        "distribution": report.distribution,
-        "version": report.version,
-        "module": report.module,
-        "state": report.state,
-        "cause": report.cause,
-        "warning": report.warning,
-        "made_for": report.made_for,
-        "traceback": report.traceback,
-        "import_seconds": report.import_seconds,
+        **{key: getattr(report, key) for key in _KEYS},
         "records": {plural(kind): [record.name for record in records] for kind, records in report.records.items()},
     }
 

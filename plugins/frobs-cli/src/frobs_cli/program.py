@@ -13,6 +13,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from frobs_cli.commands import HEADINGS, Command, installed_commands
+from frobs_cli.field_options import with_options
 from frobs_cli.group import FrobsCommand, FrobsGroup
 from frobs_cli.output import print_note
 
@@ -39,7 +40,9 @@ class LazyCommand(TyperCommand):
             raise CommandImportError(self.record, error) from error
         settings = {**_SETTINGS, "allow_interspersed_args": not self.record.passes_options_on}
         app = typer.Typer(add_completion=False, rich_markup_mode="rich")
-        app.command(self.name, cls=FrobsCommand, help=help_text(function), context_settings=settings)(function)
+        app.command(self.name, cls=FrobsCommand, help=help_text(function), context_settings=settings)(
+            with_options(function)
+        )
         command = typer.main.get_command(app)
         assert isinstance(command, TyperCommand)
         return command
@@ -103,7 +106,6 @@ class _Program(FrobsGroup):
         return command if isinstance(command, TyperGroup) else None
 
     def passes_options_on(self, args: Sequence[str]) -> bool:
-        """Return whether a command line ends with options that are passed to another program."""
         return any(list(args[: len(words)]) == words for words in self._passing_on)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:

@@ -36,7 +36,11 @@ class Provider:
         return {}
 
     def column(self, facts: Mapping[str, Any]) -> tuple[str, str] | None:
-        """Return the heading and cell text of an additional column in ``frobs list envs``, or None for no column."""
+        """Return the heading and cell text of an additional column in ``frobs list envs``, or None for no column.
+
+        Args:
+            facts: Facts about the environment of the row.
+        """
         return None
 
     def readable_environment(self, facts: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -57,6 +61,16 @@ class Provider:
 
     def draw(self, robot: Robot, picture: Path) -> Path | None:
         """Draw a robot and return the path of the picture, or None if this provider does not draw robots."""
+        return None
+
+    def draw_cameras(self, id: str, keywords: Mapping[str, Any], picture: Path) -> Path | None:
+        """Draw what the cameras of an environment see, and return the path of the picture, or None as above.
+
+        Args:
+            id: Environment ID.
+            keywords: Keywords of the environment.
+            picture: PNG file to write.
+        """
         return None
 
 

@@ -12,17 +12,16 @@ import typer
 
 from frobs_cli import catalogue
 from frobs_cli.describe_environment import describe_environment, readable_environment
-from frobs_cli.describe_extension import describe_extension
-from frobs_cli.describe_record import describe_record
+from frobs_cli.describe_record import describe_extension, describe_record
 from frobs_cli.describe_robot import describe_file, robot_of
 from frobs_cli.errors import CommandLineError
 from frobs_cli.facts import print_facts
-from frobs_cli.model_options import PackagePath, XacroArgs, package_paths, xacro_args
+from frobs_cli.model_options import RobotChoice
 from frobs_cli.options import Json
 from frobs_cli.output import only_json, print_json, print_line, print_note, working
-from frobs_cli.providers import providers
+from frobs_cli.providers import Provider, providers
 from frobs_core import plugins
-from frobs_core.description import Robot
+from frobs_core.kernel.robot_file import is_robot_file
 from frobs_core.models import is_model_file
 from frobs_core.plugins import registry
 from frobs_core.plugins.records import KINDS
@@ -43,6 +42,7 @@ def show(
             "has several meanings, write KIND:NAME.",
         ),
     ],
+    choice: RobotChoice,
     config: Annotated[
         bool, typer.Option("--config", help="For a run, show only its settings, as YAML for 'frobs train --config'.")
     ] = False,
@@ -50,18 +50,23 @@ def show(
         Path | None,
         typer.Option(
             metavar="PNG",
-            show_default=False,
             help="For a robot: draw it at its home position and at its joint limits, and save the image to this file.",
         ),
     ] = None,
-    args: XacroArgs = None,
-    package_path: PackagePath = None,
+    cameras: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="PNG",
+            help="For an environment ID: draw what each camera sees after a reset, and save the image to this file.",
+        ),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Show the details of a part, an environment ID, an extension, a run or a robot file.
 
     A part is a simulator, robot, controller, task or algorithm. The details of a part include the accepted parameters,
-    the required capabilities, and what the part is compatible with.
+    the required capabilities, and what the part is compatible with. With --robot FILE, the details of an environment ID
+    include the gripper that was found in the file, and how the task was fitted to the robot.
 
     Example:
         $ frobs show irb120
@@ -70,19 +75,33 @@ def show(
         $ frobs show sensor_type:lidar
         $ frobs show runs/first --config
         $ frobs show arm.urdf --picture arm.png
+        $ frobs show frobs/PandaPickAndPlace-v0 --cameras cameras.png
+        $ frobs show frobs/PickAndPlace-v0 --robot arm.urdf
     """
     with only_json(json):
-        robot = robot_of(name, xacro_args(args), package_paths(package_path))
-        if robot is not None and is_model_file(name):
+        keywords = choice.keywords()
+        robot = robot_of(name, {key: keywords[key] for key in keywords if key != "robot"})
+        if choice.robot or choice.attach:
+            _check_id(name, "--robot, --attach")
+            descriptions = [describe_environment(registry.find_spec(name), keywords)]
+        elif robot is not None and (is_model_file(name) or is_robot_file(name)):
             descriptions = [describe_file(robot)]
-        elif args or package_path:
+        elif keywords:
             raise CommandLineError(
-                "--args, --package-path", f"these options require a robot's model file, but '{name}' is not a file."
+                "--args, --package-path, --tcp, --gripper",
+                f"these options require a robot's model file, but '{name}' is not a file.",
             )
         else:
             descriptions = [describe() for describe in _meanings(name)]
         if picture is not None:
-            _draw(robot, name, picture)
+            if robot is None:
+                raise CommandLineError(
+                    "--picture", f"'{name}' cannot be drawn, because it is neither a robot nor a robot's model file."
+                )
+            _draw("a robot", lambda provider: provider.draw(robot, picture))
+        if cameras is not None:
+            _check_id(name, "--cameras")
+            _draw("cameras", lambda provider: provider.draw_cameras(name, keywords, cameras))
     if json:
         print_json(descriptions)
         return
@@ -105,16 +124,12 @@ def _readable(facts: Facts) -> Mapping[str, Any]:
     return next((it.readable(facts) for it in providers() if it.kind == facts["kind"]), facts)
 
 
-def _draw(robot: Robot | None, name: str, picture: Path) -> None:
-    """Draw a robot."""
-    if robot is None:
-        raise CommandLineError(
-            "--picture", f"'{name}' cannot be drawn, because it is neither a robot nor a robot's model file."
-        )
+def _draw(what: str, draw: Callable[[Provider], Path | None]) -> None:
+    """Draw with the first provider that can."""
     with working("drawing"):
-        written = next((file for it in providers() if (file := it.draw(robot, picture)) is not None), None)
+        written = next((file for it in providers() if (file := draw(it)) is not None), None)
     if written is None:
-        raise MissingDependencyError("drawing a robot", ["frobs-devkit"], "pip install frobs-devkit")
+        raise MissingDependencyError(f"drawing {what}", ["frobs-devkit"], "pip install frobs-devkit")
     print_note(f"picture: {written}")
 
 
@@ -152,6 +167,11 @@ def _meanings(name: str) -> Iterator[Callable[[], Facts]]:
         hints = (plugins.active().install_hint(kind, name) for kind in (*KINDS, "environment"))
         hint = next(filter(None, hints), "")
         raise UnknownNameError("record or environment ID", name, names, catalogue.problems(), hint)
+
+
+def _check_id(name: str, options: str) -> None:
+    if not _is_id(name):
+        raise CommandLineError(options, f"an environment ID is required, but '{name}' is none.")
 
 
 def _is_id(name: str) -> bool:

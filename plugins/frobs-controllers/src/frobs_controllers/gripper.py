@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import gymnasium as gym
 import numpy as np
@@ -21,6 +23,8 @@ class Gripper(Controller):
     """
 
     command_mode = CommandMode.POSITION
+    owner: ClassVar[str] = ""
+    """Name of the controller."""
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
         """Prepare to control the given joints.
@@ -69,6 +73,21 @@ class Gripper(Controller):
         np.add(self._opening, change, out=self._opening)
         return np.asarray(self._closed + self._opening * self._stroke)
 
+    def law(self) -> Mapping[str, Any]:
+        """Return the numbers of the law: joint position = closed + opening · stroke.
+
+        ``max_change`` is the largest change of each finger's opening per control step, and ``max_delta`` the change of
+        the requested opening for an action of 1, or None if the action sets the opening.
+        """
+        return {
+            "law": self.owner,
+            "joints": list(self._joints.joint_names),
+            "closed": self._closed.tolist(),
+            "stroke": self._stroke.tolist(),
+            "max_change": self._fastest[0].tolist(),
+            "max_delta": getattr(self, "max_delta", None),
+        }
+
     @abstractmethod
     def _want(self, action: Floats) -> Floats:
         """Return the requested opening (num_envs, 1) for an action in [−1, 1]."""
@@ -81,6 +100,8 @@ class Gripper(Controller):
 class GripperPosition(Gripper):
     """Gripper controller whose action sets the opening: −1 closes the gripper, and 1 opens it fully."""
 
+    owner = "gripper_position"
+
     def _want(self, action: Floats) -> Floats:
         return 0.5 * (action + 1.0)
 
@@ -91,6 +112,8 @@ class GripperDelta(Gripper):
     Args:
         max_delta: Change in the opening for an action of 1, as a fraction of the full stroke, in (0, 1].
     """
+
+    owner = "gripper_delta"
 
     def __init__(self, *, max_delta: float = 0.2) -> None:
         self.max_delta = positive("gripper_delta: max_delta", max_delta, "1")
@@ -107,6 +130,8 @@ class GripperBinary(Gripper):
     Random actions constantly open and close the gripper, so the robot drops every object during exploration. The
     controller ``gripper_delta`` is therefore better suited to learning.
     """
+
+    owner = "gripper_binary"
 
     def _want(self, action: Floats) -> Floats:
         return np.where(action == 0.0, self._wanted, action > 0.0)

@@ -36,6 +36,7 @@ class DampedLeastSquares:
         control_timestep: [s]
 
     Attributes:
+        free_row: Row of the Jacobian in which the pose is not controlled, or None.
         commanded: Commanded joint positions u, (num_envs, dof) [rad or m].
     """
 
@@ -54,18 +55,20 @@ class DampedLeastSquares:
         moving = {joint.name for joint in joint_path(joints.model, joints.tcp)}
         gains = [posture_gain if joint in moving else 0.0 for joint in joints.joint_names]
         self._posture_gain = np.broadcast_to(gains, (n, dof)).copy()
+        self.free_row: int | None = None
         self.commanded: Floats = np.zeros((n, dof))
 
-        self._gram, self._task = np.zeros((n, rows, rows)), np.zeros((n, rows, 1))
+        # One matrix product with Jᵀ yields the Gram matrix J Jᵀ, and maps the command's lead and the posture step to the
+        # tool.
+        factors, products = np.zeros((n, rows + 2, dof)), np.zeros((n, rows + 2, rows))
+        self._factors, self._products = factors, products
+        self._jacobian, self._offset, self._posture = factors[:, :rows], factors[:, rows], factors[:, rows + 1]
+        self._gram, self._ahead, self._drift = products[:, :rows], products[:, rows], products[:, rows + 1]
+        self._transposed = self._jacobian.transpose(0, 2, 1)
         self._solve = solve_3x3 if rows == 3 else np.linalg.solve
-        # These arrays have two rows per environment, so that one matrix product maps both the command's lead and the
-        # posture step to the tool.
-        self._joints, self._tool = np.zeros((n, 2, dof)), np.zeros((n, 2, rows))
-        self._delta, self._beyond = np.zeros((n, dof, 1)), np.zeros((n, dof))
-        # Views of the arrays above, in the shapes that the operations require.
-        self._offset, self._posture = self._joints[:, 0], self._joints[:, 1]
-        self._ahead, self._drift = self._tool[:, 0], self._tool[:, 1]
+        self._task, self._delta = np.zeros((n, rows, 1)), np.zeros((n, dof, 1))
         self._task_flat, self._delta_flat = self._task[:, :, 0], self._delta[:, :, 0]
+        self._before, self._beyond = np.zeros((n, dof)), np.zeros((n, dof))
 
     def lead(self) -> Floats:
         """Read the Jacobian, and return how far the command is ahead of the arm: J (u − q), (num_envs, rows).
@@ -73,11 +76,13 @@ class DampedLeastSquares:
         To first order, the tool's pose plus this lead is the pose at the commanded joint positions. Therefore, the
         drives' remaining motion and their deflection under gravity are not treated as pose errors.
         """
-        self._jacobian: Floats = self._group.frame_jacobian("tcp")[:, : self._rows]
+        self._jacobian[...] = self._group.frame_jacobian("tcp")[:, : self._rows]
+        if self.free_row is not None:
+            self._jacobian[:, self.free_row] = 0.0
         np.subtract(self.commanded, self._group.joint_positions, out=self._offset)
         np.subtract(self._home, self.commanded, out=self._posture)
         np.multiply(self._posture, self._posture_gain, out=self._posture)
-        np.matmul(self._joints, self._jacobian.transpose(0, 2, 1), out=self._tool)
+        self._multiply()
         return self._ahead
 
     def move(self, error: Floats) -> Floats:
@@ -89,40 +94,52 @@ class DampedLeastSquares:
             error: (num_envs, rows)
         """
         commanded, beyond = self.commanded, self._beyond
-        np.add(commanded, self._step(error), out=beyond)
-        before = commanded.copy()
-        np.maximum(beyond, self._lower, out=commanded)
-        np.minimum(commanded, self._upper, out=commanded)
-        if commanded.tobytes() != beyond.tobytes() and self._hold_at_limits(before):
-            np.add(before, self._step(error), out=commanded)
-            np.maximum(commanded, self._lower, out=commanded)
-            np.minimum(commanded, self._upper, out=commanded)
+        self._before[...] = commanded
+        self._step(error)
+        if commanded.tobytes() != beyond.tobytes() and self._hold_at_limits():
+            self._step(error)
         return commanded
 
-    def _step(self, error: Floats) -> Floats:
-        """Return the joint motion, (num_envs, dof), ignoring position limits."""
-        delta, transposed = self._delta_flat, self._jacobian.transpose(0, 2, 1)
-        np.subtract(error, self._drift, out=self._task_flat)
-        np.matmul(self._jacobian, transposed, out=self._gram)
+    def numbers(self) -> dict[str, Any]:
+        """Return the numbers of the first environment: limits, home and posture gain of the joints, and the damping."""
+        return {
+            "lower": self._lower[0].tolist(),
+            "upper": self._upper[0].tolist(),
+            "max_change": self._fastest[0].tolist(),  # [rad or m] per control step
+            "home": self._home[0].tolist(),
+            "posture_gain": self._posture_gain[0].tolist(),
+            "damping": float(self._damping[0, 0, 0]),  # λ²
+            "free_row": self.free_row,
+        }
+
+    def _multiply(self) -> None:
+        np.matmul(self._factors, self._transposed, out=self._products)
         np.add(self._gram, self._damping, out=self._gram)
-        np.matmul(transposed, self._solve(self._gram, self._task), out=self._delta)
+
+    def _step(self, error: Floats) -> None:
+        """Compute the commanded joint positions, and in ``_beyond`` the positions without the position limits."""
+        commanded, delta = self.commanded, self._delta_flat
+        np.subtract(error, self._drift, out=self._task_flat)
+        np.matmul(self._transposed, self._solve(self._gram, self._task), out=self._delta)
         np.add(delta, self._posture, out=delta)
         np.maximum(delta, self._slowest, out=delta)
         np.minimum(delta, self._fastest, out=delta)
-        return delta
+        np.add(self._before, delta, out=self._beyond)
+        np.maximum(self._beyond, self._lower, out=commanded)
+        np.minimum(commanded, self._upper, out=commanded)
 
-    def _hold_at_limits(self, commanded: Floats) -> bool:
+    def _hold_at_limits(self) -> bool:
         """Exclude joints that would move beyond a position limit, and return whether any joints were excluded.
 
         In an environment without such joints, all values are multiplied by 1, so they remain bit-identical.
         """
-        delta = self._delta_flat
-        held = ((commanded <= self._lower) & (delta < 0.0)) | ((commanded >= self._upper) & (delta > 0.0))
+        before, delta = self._before, self._delta_flat
+        held = ((before <= self._lower) & (delta < 0.0)) | ((before >= self._upper) & (delta > 0.0))
         if not held.any():
             return False
-        self._jacobian = self._jacobian * ~held[:, None]
+        np.multiply(self._jacobian, ~held[:, None], out=self._jacobian)
         np.multiply(self._posture, ~held, out=self._posture)
-        np.matmul(self._joints, self._jacobian.transpose(0, 2, 1), out=self._tool)
+        self._multiply()
         return True
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from frobs_controllers.commanded_positions import CommandedPositions
@@ -58,3 +61,17 @@ class JointDeltaPosition(CommandedPositions):
         np.maximum(target, self._lower, out=target)
         np.minimum(target, self._upper, out=target)
         return target
+
+    def law(self) -> Mapping[str, Any]:
+        """Return the numbers of the law: target = clip(target + scale · action).
+
+        With ``full_range``, ``middle`` is not None, and target = clip(joint positions + middle + scale · action).
+        """
+        return {
+            "law": "joint_delta_position",
+            "joints": list(self.axes),
+            "scale": self._scale[0].tolist(),
+            "middle": self._middle[0].tolist() if self.full_range else None,
+            "lower": self._lower[0].tolist(),
+            "upper": self._upper[0].tolist(),
+        }
