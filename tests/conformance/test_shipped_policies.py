@@ -1,4 +1,7 @@
-"""Every trained policy that comes with an ID: whole, of the ID as it is now, and as good as it says."""
+"""Every trained policy that comes with an ID: whole, and as good as it says.
+
+The check ``pretrained_policies_fit`` in ``test_records.py`` tests that it fits the current version of the ID.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,6 @@ from frobs_core.plugins import registry
 from frobs_core.plugins.registry import pretrained_ids
 from frobs_train import evaluate, open_pretrained, resolve_config
 from frobs_train.evaluation.evaluate import wilson_interval
-from frobs_train.export.bundle_run import changes_since
 from frobs_train.export.pretrained import claimed_evaluation, describe_pretrained, read_pretrained
 
 SHIPPED = pretrained_ids()
@@ -18,13 +20,29 @@ MANIPULATION = {
     "frobs/PandaOpenDoor-v0",
     "frobs/PandaOpenDrawer-v0",
     "frobs/PandaPegInsertion-v0",
+    "frobs/PandaPegInsertionTight-v0",
     "frobs/PandaPickAndPlace-v0",
+    "frobs/PandaPickAndPlaceGoal-v0",
     "frobs/PandaPush-v0",
     "frobs/PandaSlide-v0",
+    "frobs/PandaSlideGoal-v0",
     "frobs/PandaStack-v0",
+    "frobs/Ur5Lift-v0",
+    "frobs/Ur5OpenDoor-v0",
     "frobs/Ur5OpenDrawer-v0",
+    "frobs/Ur5PegInsertion-v0",
+    "frobs/Ur5PegInsertionTight-v0",
+    "frobs/Ur5PickAndPlace-v0",
+    "frobs/Ur5PickAndPlaceGoal-v0",
+    "frobs/Ur5Push-v0",
+    "frobs/Ur5Slide-v0",
+    "frobs/Ur5SlideGoal-v0",
+    "frobs/Ur5Stack-v0",
 }
 """The manipulation IDs that have one so far."""
+
+NETWORK = ("policy_kwargs", "net_arch", "history")
+"""Settings of the algorithms that decide the shape of a policy."""
 
 
 def test_one_comes_with_every_id_that_has_a_robot_but_manipulation() -> None:
@@ -51,12 +69,6 @@ def test_it_tells_licence_command_commit_and_what_it_reaches(id: str) -> None:
     assert told["bytes"] < 1_000_000
 
 
-@pytest.mark.parametrize("id", SHIPPED)
-def test_it_is_of_the_robot_the_controller_and_the_task_as_they_are_now(id: str) -> None:
-    run = open_pretrained(id)
-    assert changes_since(run) == [], f"train it anew: python tests/benchmarks/pretrained.py --only {id}"
-
-
 @pytest.mark.parametrize("id", [id if id in QUICK else pytest.param(id, marks=pytest.mark.slow) for id in SHIPPED])
 def test_it_acts_in_its_environment(id: str) -> None:
     found = evaluate(open_pretrained(id), 4)
@@ -69,7 +81,6 @@ def test_it_acts_in_its_environment(id: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 @pytest.mark.parametrize("id", SHIPPED)
 def test_it_is_as_good_as_it_says(id: str) -> None:
     longest = registry.environments()[id][1].max_episode_steps
@@ -92,4 +103,6 @@ def test_it_was_trained_with_what_is_tuned(id: str) -> None:
     flags = {"algorithm": run.config.algorithm, "seed": run.config.seed}
     tuned = resolve_config(id, flags=flags)
     assert tuned.environment_kwargs == run.config.environment_kwargs
-    assert tuned.algorithm_config["policy_kwargs"] == run.config.algorithm_config["policy_kwargs"]
+    assert set(NETWORK) & set(tuned.algorithm_config), "the network is set by none of these settings"
+    for key in NETWORK:
+        assert tuned.algorithm_config.get(key) == run.config.algorithm_config.get(key), key

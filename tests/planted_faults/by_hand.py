@@ -19,7 +19,8 @@ _ARTICULATION, _RENDERING = "frobs_sim_mujoco.articulation", "frobs_sim_mujoco.r
 _MUJOCO_CONTACTS = "frobs_sim_mujoco.contacts"
 _DELTA = "frobs_controllers.joint_delta_position"
 _VELOCITY, _DRIVE = "frobs_controllers.joint_velocity", "frobs_controllers.differential_drive"
-_REACH, _GOAL, _SAMPLING = "frobs_tasks_reach.reach", "frobs_tasks_reach.goal", "frobs_tasks_reach.sampling"
+_REACH, _SAMPLING = "frobs_tasks_reach.reach", "frobs_tasks_reach.sampling"
+_TASK, _GOAL = "frobs_core.contracts.task", "frobs_core.contracts.goal_task"
 _START, _MOTION = "frobs_tasks_reach.start", "frobs_tasks_reach.motion"
 _OBSERVATION = "frobs_core.sensing.observation"
 _VECTOR = "frobs_core.kernel.vector_env"
@@ -38,13 +39,14 @@ _TABLE = (
      "self._stiffness, self._damping = map", "self._damping, self._stiffness = map"),
     ("gains written without what the drives hold", _ROBOT, "self._ctrl[rows] *= ratio", "pass"),
     ("the velocity of the centre of mass for that of the frame", _ROBOT,
-     "return twist[:, 3:] + cross(twist[:, :3], arm), twist[:, :3]", "return twist[:, 3:], twist[:, :3]"),
+     "return views.linear + cross(views.angular, views.pose[0] - views.center), views.angular",
+     "return views.linear, views.angular"),
     ("an angular velocity in the body's frame", _BODY,
      "quat_rotate(quat, np.broadcast_to(ang_vel_world, (len(quat), 3)))", "ang_vel_world"),
     ("a lidar that sees its own robot", _ROBOT,
      "seen_except(group)", "seen_except()"),
     ("joints that do not move a frame in its Jacobian", _ROBOT,
-     "return jacobian if moved is None else jacobian * moved", "return jacobian"),
+     "return jacobian if views.moved is None else jacobian * views.moved", "return jacobian"),
     ("given joints without the place of the base", _ROBOT,
      "return self.planned_frame_pose(frame, joint_positions)",
      "return self.model.frame_pose(self.frame_name(frame), joint_positions)"),
@@ -54,9 +56,9 @@ _TABLE = (
      "ids = None if mask is None else np.flatnonzero(mask)\n        self.batch.reset",
      "ids = None\n        self.batch.reset"),
     ("readings a step old", _SIMULATION,
-     "self.batch.step(nstep=decimation, stage=_VEL)", "self.batch.step(nstep=decimation, stage=_NONE)"),
+     "self.batch.step(nstep=decimation, stage=self._stage)", "self.batch.step(nstep=decimation, stage=_NONE)"),
     ("a reading that is not refreshed after a write", _SIMULATION,
-     "self._stale = mask.copy()", "self._stale = None"),
+     "self.stale = mask.copy()", "self.stale = None"),
     ("contacts of the last physics step only", _CONTACTS, "closed.any(axis=1)", "closed[:, -1]"),
     ("a wrench that never ends", _SIMULATION, 'self.states["xfrc_applied"][:] = 0.0', "pass"),
     ("a snapshot that is the state itself", _SIMULATION, "self.batch.state.copy(), ", "self.batch.state, "),
@@ -90,15 +92,15 @@ _TABLE = (
     ("wrenches of the last physics step only", _BASE, "means[name] += read / decimation", "means[name][:] = read / decimation"),
     # -- joint groups, several robots, wrapped controllers, the physics rate --
     ("commands of all groups in the first columns", _CONTROL,
-     "whole[..., columns] = command", "whole[..., : command.shape[-1]] = command"),
+     "whole[..., columns] = command if", "whole[..., : command.shape[-1]] = command if"),
     ("joints without a controller sent to zero", _CONTROL, "np.repeat(robot.home[:1], robot.num_envs, axis=0)", "np.zeros((robot.num_envs, robot.dof))"),
     ("limits of the first joints for every group", _GROUP,
      "getattr(whole, limit)[:, self.columns])", "getattr(whole, limit)[:, : len(numbers)])"),
     ("positions of the first joints for every group", _GROUP,
      "return self._whole.joint_positions[:, self.columns]", "return self._whole.joint_positions[:, : self.dof]"),
     ("the first robot's action for all robots", _CONTROL,
-     "for robot, places in zip(self.robots.values(), self._places, strict=True)",
-     "for robot, places in zip(self.robots.values(), self._places[:1] * len(self._places), strict=True)"),
+     "for robot, parts in zip(self.robots.values(), self._parts, strict=True)",
+     "for robot, parts in zip(self.robots.values(), self._parts[:1] * len(self._parts), strict=True)"),
     ("a snapshot of the first controller", _CONTROL,
      '        return self.controllers\n', '        return dict([*self.controllers.items()][:1])\n'),
     ("a reset of the first controller", _CONTROL,
@@ -192,18 +194,20 @@ _TABLE = (
      "self.time = self.time + (1 + missed) * duration", "self.time = self.time + duration"),
     # -- tasks --
     ("a seed ignored", _SAMPLING,
-     "candidates = rng.uniform(stream", "candidates = RandomSource(self._robot.num_envs).uniform(stream"),
+     "vectors = rng.uniform(stream", "vectors = RandomSource(self._robot.num_envs).uniform(stream"),
     ("random numbers of NumPy's own", _SAMPLING,
-     "candidates = rng.uniform(stream, self.lower, self.upper, (count, dof), drawn_for)",
-     "candidates = np.random.default_rng().uniform(self.lower, self.upper, (int(drawn_for.sum()), count, dof))"),
+     "vectors = rng.uniform(stream, self.lower, self.upper, (count, len(self.lower)), mask)",
+     "vectors = np.random.default_rng().uniform("
+     "self.lower, self.upper, (1 if mask is None else int(mask.sum()), count, len(self.lower)))"),
     ("a reward of the step before", _REACH,
-     "        distance: Floats = self._distance * self._approach\n",
-     "        late, self._late = getattr(self, '_late', self._distance), self._distance.copy()\n"
-     "        distance = late * self._approach\n"),
-    ("a reward in single precision", _REACH, "return distance + precision", "return (distance + precision).astype(np.float32)"),
-    ("a reward term left out of the sum", _REACH, "return distance + precision", "return distance"),
-    ("a statistic over the batch", _REACH,
-     "return distance + precision", "return distance + precision - 1e-9 * precision.mean()"),
+     "function=lambda task: task.distance,",
+     "function=lambda task: [getattr(task, '_late', task.distance), setattr(task, '_late', task.distance.copy())][0],"),
+    ("a reward in single precision", _TASK, "return reduce(add, self._reward_terms.values())",
+     "return reduce(add, self._reward_terms.values()).astype(np.float32)"),
+    ("a reward term left out of the sum", _TASK, "return reduce(add, self._reward_terms.values())",
+     "return next(iter(self._reward_terms.values()))"),
+    ("a statistic over the batch", _TASK, "return reduce(add, self._reward_terms.values())",
+     "return reduce(add, [term - 1e-9 * term.mean() for term in self._reward_terms.values()])"),
     ("an observation that is never measured", _REACH,
      '"""Measure the tool position."""\n        self._measure()', '"""Measure the tool position."""'),
     ("a given start ignored", _START, "if given is not None:\n            robot.write", "if False:\n            robot.write"),
@@ -212,19 +216,18 @@ _TABLE = (
     ("a goal that the snapshot does not bring back", _REACH,
      'return {"goal": self._goal, "tcp": self._tcp}', 'return {"goal": self._goal.copy(), "tcp": self._tcp}'),
     ("shared observation memory", _ENV,
-     "return np.concatenate([read() for read in self._reads], axis=1).astype(np.float32)",
-     "values = np.concatenate([read() for read in self._reads], axis=1).astype(np.float32)\n"
+     "return np.concatenate(list(map(call, self._reads)), axis=1).astype(np.float32)",
+     "values = np.concatenate(list(map(call, self._reads)), axis=1).astype(np.float32)\n"
      "        self._kept = getattr(self, '_kept', values.copy())\n"
      "        self._kept[...] = values\n        return self._kept"),
     ("observations in double precision", _ENV, "axis=1).astype(np.float32)", "axis=1)"),
     ("columns that overlap", _OBSERVATION, "slice(start, start + len(term.low))",
      "slice(max(start - 1, 0), start + len(term.low))"),
     ("a reward of goals that are not those of the step", _GOAL,
-     "return self._reward(_goal_distance(achieved_goal, desired_goal))",
-     "return self._reward(_goal_distance(achieved_goal, desired_goal) + 1e-3)"),
+     "goal_distance=distance_between(achieved_goal, desired_goal)",
+     "goal_distance=distance_between(achieved_goal, desired_goal) + 1e-3"),
     ("a reward of one goal for all", _GOAL,
-     "return self._reward(_goal_distance(achieved_goal, desired_goal))",
-     "return np.broadcast_to(np.sum(self._reward(_goal_distance(achieved_goal, desired_goal))), np.shape(achieved_goal)[:-1])"),
+     "term.function(measured) for", "np.mean(term.function(measured)) * np.ones(np.shape(achieved_goal)[:-1]) for"),
     ("a moving goal that forgets its phase in a snapshot", _MOTION,
      '"goal_phase": self._phase', '"goal_phase": 0.0 * self._phase'),
     # -- environments --

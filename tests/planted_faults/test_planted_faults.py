@@ -145,7 +145,6 @@ def test_a_planted_fault_is_caught(name: str, plant: Callable[[str], dict[str, s
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     "name", [*(fault.name for fault in BY_HAND), *(fault.where for fault in (*FOREIGN_FAULTS, *STRANGERS_CAUGHT))]
 )

@@ -164,7 +164,7 @@ def test_command_prints_a_table_and_json(monkeypatch: pytest.MonkeyPatch) -> Non
 @pytest.mark.parametrize(
     ("args", "message"),
     [
-        (("--algorithm", "sac"), "--algorithm: this option requires --training or --scaling."),
+        (("--algorithm", "sac"), "--algorithm: this option requires --training."),
         (("--set", "num_envs=2"), "--set: this option requires --training or --scaling."),
         (("--training", "--args", "a:=1"), "--args: use --set environment_kwargs."),
         (("--training", "--package-path", "."), "--package-path: use --set environment_kwargs."),

@@ -3,14 +3,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.scaling import ScalingRanges
 from frobs_devkit.scaling.processes import measure_cluster, measure_processes
 from frobs_devkit.scaling.ranges import powers_of_two
-from frobs_devkit.scaling.traffic import collect, measure_traffic
 from frobs_train import RunConfig
 from frobs_train.runners.runner import load_runner
 
@@ -58,18 +56,3 @@ def test_the_error_of_a_process_is_the_error_of_the_measurement(tmp_path: Path) 
         measure_processes(config, "processes", 2, 0.2)
     with pytest.raises(ConfigurationError, match="cannot measure 1 process on the cluster: environment 'CartPole-v1'"):
         measure_cluster(config, 1, 0.2, load_runner("local"), tmp_path, 2**28)
-
-
-def test_a_batch_has_every_array_of_the_experience() -> None:
-    batch, bytes_per_step = collect(CONFIG)
-    assert [array.shape for array in batch] == [(64, 4), (64,), (64,), (64,), (64,)]
-    assert batch[2].dtype == np.float32
-    assert bytes_per_step == 4 * 4 + 8 + 4 + 1 + 1
-
-
-def test_batches_of_a_runner_are_timed(tmp_path: Path) -> None:
-    traffic = measure_traffic(CONFIG, load_runner("local"), tmp_path, 2**28)
-    assert traffic.bytes_per_step == 30.0
-    assert traffic.bytes_per_second > 0.0
-    assert len(traffic.hosts) == 1
-    assert list(tmp_path.iterdir()) == []

@@ -155,12 +155,11 @@ def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int)
 
 
 def _watch(env: Any, *, replayed: bool) -> tuple[Stopwatch, Snapshot, dict[tuple[str, str], Rays]]:
-    """Start timing the parts of an environment step and recording the environment's states and lidar rays.
+    """Start timing the parts of a step and recording states and lidar rays.
 
-    Returns:
-        The stopwatch, the simulation's state before its latest step, and a mapping with the first rays that each lidar
-        has cast since the mapping was last cleared. The bare engine does not reset episodes, so it casts each lidar's
-        rays only once per step.
+    Return the stopwatch, the simulation's state before its latest step, and a mapping with the first rays that each
+    lidar has cast since the mapping was last cleared. The bare engine does not reset episodes, so it casts each lidar's
+    rays only once per step.
     """
     stopwatch = Stopwatch()
     before: Snapshot = {}

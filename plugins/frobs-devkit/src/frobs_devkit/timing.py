@@ -1,14 +1,17 @@
-"""Measures the time spent in methods, and describes the machine."""
+"""Measures the time spent in methods, compares speeds, and describes the machine."""
 
 from __future__ import annotations
 
 import os
 import platform
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from time import perf_counter
 from typing import Any
+
+_ENOUGH = 0.9
+"""Fraction of the highest measured speed that is considered fast enough."""
 
 
 class Stopwatch:
@@ -65,6 +68,11 @@ class Stopwatch:
         """Set all times to zero."""
         for times in self.times.values():
             times.clear()
+
+
+def choose_num_envs(rates: Mapping[int, float]) -> int:
+    """Return the smallest number of environments that is fast enough, given the steps per second of each number."""
+    return min(size for size, rate in rates.items() if rate >= _ENOUGH * max(rates.values()))
 
 
 def machine() -> str:

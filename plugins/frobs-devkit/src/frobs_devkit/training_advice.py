@@ -10,14 +10,12 @@ from typing import Any
 
 from frobs_cli.formats import duration
 from frobs_core.util.errors import FrobsError
+from frobs_devkit.timing import choose_num_envs
 from frobs_devkit.training_window import SIMULATION, UPDATES, MeasuredTraining, measure_training
 from frobs_train import RunConfig, decide_threads, make_training_env
 
 _SIZES = tuple(2**k for k in range(3, 11))
 """Values of ``num_envs`` to try."""
-
-_ENOUGH = 0.9
-"""Fraction of the highest measured step rate at which a number of environments is considered fast enough."""
 
 _WORTHWHILE = 1.1
 """Minimum speedup for which a change is suggested."""
@@ -30,6 +28,12 @@ _SIZES_SECONDS = 2.0
 
 _UPDATES_SECONDS = 1.0
 """Time to measure the updates for each tested number of threads [s]."""
+
+_THREADS = {
+    SIMULATION: ("threads.simulator", "a step of the environments"),
+    UPDATES: ("threads.torch", "a round of updates"),
+}
+"""For each part with threads, the setting and the task whose time is measured."""
 
 _CHANGES_LEARNING = "This setting also affects the learned policy, so evaluate the policy again."
 
@@ -77,8 +81,7 @@ def time_steps(config: RunConfig, num_envs: int, threads: int | None = None) -> 
 
 def _advise_num_envs(config: RunConfig, measured: MeasuredTraining) -> str | None:
     rates = _measure_sizes(config)
-    enough = _ENOUGH * max(rates.values())
-    size = min(size for size, rate in rates.items() if rate >= enough)
+    size = choose_num_envs(rates)
     speedup = rates[size] / rates[config.num_envs]
     if size == config.num_envs or _speedup_of_run(measured, SIMULATION, speedup) < _WORTHWHILE:
         return None
@@ -116,17 +119,9 @@ def _advise_simulator_threads(config: RunConfig, measured: MeasuredTraining) -> 
     others = {1, min(decided.processors, config.num_envs)} - {decided.simulator}
     if not others:
         return None
-    configured = time_steps(config, config.num_envs)
+    before = time_steps(config, config.num_envs)
     times = {threads: time_steps(config, config.num_envs, threads) for threads in others}
-    best = min(times, key=lambda threads: times[threads])
-    speedup = configured / times[best]
-    if speedup < _WORTHWHILE:
-        return None
-    return (
-        f"With threads.simulator={best} instead of {decided.simulator}, a step of the environments takes "
-        f"{_milliseconds(times[best])} instead of {_milliseconds(configured)}, so the training run would take "
-        f"{_instead(config, measured, SIMULATION, speedup)}."
-    )
+    return _advise_threads(config, measured, SIMULATION, decided.simulator, before, times)
 
 
 def _advise_torch_threads(config: RunConfig, measured: MeasuredTraining) -> str | None:
@@ -135,14 +130,21 @@ def _advise_torch_threads(config: RunConfig, measured: MeasuredTraining) -> str 
     if not (configured and others and measured.uses_torch):
         return None
     times = {threads: _time_updates(config, threads) for threads in others}
+    return _advise_threads(config, measured, UPDATES, configured, median(measured.calls[UPDATES]), times)
+
+
+def _advise_threads(
+    config: RunConfig, measured: MeasuredTraining, part: str, configured: int, before: float, times: dict[int, float]
+) -> str | None:
+    """Return advice for the number of threads of one part, given its time [s] now and with other numbers of threads."""
     best = min(times, key=lambda threads: times[threads])
-    before = median(measured.calls[UPDATES])
     if before / times[best] < _WORTHWHILE:
         return None
+    setting, what = _THREADS[part]
     return (
-        f"With threads.torch={best} instead of {configured}, a round of updates takes {_milliseconds(times[best])} "
-        f"instead of {_milliseconds(before)}, so the training run would take "
-        f"{_instead(config, measured, UPDATES, before / times[best])}."
+        f"With {setting}={best} instead of {configured}, {what} takes {_milliseconds(times[best])} instead of "
+        f"{_milliseconds(before)}, so the training run would take "
+        f"{_instead(config, measured, part, before / times[best])}."
     )
 
 

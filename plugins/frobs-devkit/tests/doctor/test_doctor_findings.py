@@ -71,6 +71,37 @@ def test_oddities_are_warnings_with_advice(examine: Examine, code: str, about: s
     assert report.usable
 
 
+def test_a_missing_mesh_of_a_collision_shape_is_an_error(examine: Examine) -> None:
+    mesh = '<collision><geometry><mesh filename="no.stl"/></geometry></collision>'
+    [finding] = found(examine(*with_arm(INERTIAL + SOLID + mesh)), "unresolved-mesh")
+    assert finding.severity is Severity.ERROR
+
+
+def test_the_moment_that_is_too_large_is_named(examine: Examine) -> None:
+    moments = 'ixx="0.06" iyy="0.06" izz="0.0001"'
+    [finding] = found(examine(*with_arm(inertial(1.0, moments) + SOLID)), "absurd-inertia")
+    assert finding.problem.startswith("ixx is 0.06 kg·m², which is 14 times")
+
+
+def test_a_center_of_mass_inside_the_visual_is_not_far(examine: Examine) -> None:
+    partial = SOLID.replace("<geometry>", '<origin xyz="0 0 0.25"/><geometry>')
+    assert found(examine(*with_arm(INERTIAL + partial)), "far-center")
+    whole = SOLID.replace("collision", "visual")
+    assert not found(examine(*with_arm(INERTIAL + partial + whole)), "far-center")
+
+
+def test_an_assumed_mass_is_not_compared_with_the_shape(examine: Examine) -> None:
+    report = examine(*with_arm(SOLID))
+    assert [finding.code for finding in report.findings] == ["no-mass"]
+
+
+def test_several_overlaps_of_two_links_are_one_depth(examine: Examine) -> None:
+    tip = link("tip", INERTIAL + SOLID + SOLID.replace("0.1 0.1 0.2", "0.1 0.1 0.1"))
+    report = examine(*with_arm(INERTIAL + SOLID), tip, joint("back", "arm", "tip", xyz="0 0 -0.15"))
+    [finding] = found(report, "overlap-at-home")
+    assert finding.problem.count("mm in mujoco") == 1
+
+
 def test_no_collision_shape_at_all_is_one_warning(examine: Examine) -> None:
     drawn = INERTIAL + SOLID.replace("collision", "visual")
     report = examine(link("base", drawn), link("arm", drawn), joint("hinge", "base", "arm"))
@@ -88,10 +119,10 @@ def test_missing_meshes_are_all_found_at_once(examine: Examine) -> None:
     mesh = '<visual><geometry><mesh filename="{}"/></geometry></visual>'
     files = ["no.stl", "package://nowhere/a.stl", "package://nowhere/b.stl"]
     report = examine(link("base"), link("arm", INERTIAL + "".join(map(mesh.format, files))), joint("j", "base", "arm"))
-    first, second = found(report, "unresolved-mesh")
-    assert (first.about, first.severity) == ("mesh 'no.stl'", Severity.ERROR)
+    second, first = found(report, "unresolved-mesh")
+    assert (first.about, first.severity) == ("mesh 'no.stl'", Severity.WARNING)  # the robot is only not drawn
     assert "no.stl" in first.problem
-    assert second.about == "package 'nowhere'"
+    assert (second.about, second.severity) == ("package 'nowhere'", Severity.ERROR)
     assert "2 shapes" in second.problem
     assert "--package-path nowhere=FOLDER" in second.advice
     assert not report.usable

@@ -12,13 +12,10 @@ import pytest
 from frobs_core.description import Body
 from frobs_core.models import Box, Pose
 from frobs_core.util.rotations import matrix_from_quat
-from frobs_devkit.parity import Measurement, Status, Subject, measure_parity
-from frobs_devkit.parity import sliding as sliding_module
-from frobs_devkit.parity import slip as slip_module
-from frobs_devkit.parity.fall import fall
+from frobs_devkit.parity import Measurement, Status, Subject, body_experiments, measure_parity
+from frobs_devkit.parity.body_experiments import fall, slide, sliding
 from frobs_devkit.parity.free_bodies import Bounded, bodies_of
-from frobs_devkit.parity.sliding import sliding
-from frobs_devkit.parity.slip import slip
+from frobs_devkit.parity.slip import gripper_of, pull, slip
 
 Compare = Callable[..., Sequence[Subject]]
 LIFT = "frobs/PandaLift-v0"
@@ -65,9 +62,9 @@ def test_a_task_without_free_bodies_is_skipped(name: str, subjects: Compare) -> 
     assert skipped.reason == "the task has no free body"
 
 
-@pytest.mark.parametrize("size", [0.0005, 0.12])
-def test_a_body_that_the_gripper_cannot_hold_is_skipped(size: float, subjects: Compare) -> None:
-    (skipped,) = slip(subjects(environment=LIFT, size=size)).comparisons
+@pytest.mark.parametrize("mass", [100.0, 400.0])
+def test_a_body_that_the_gripper_cannot_hold_is_skipped(mass: float, subjects: Compare) -> None:
+    (skipped,) = slip(subjects(environment=LIFT, mass=mass)).comparisons
     assert skipped.status is Status.SKIPPED
     assert "does not hold the body" in skipped.reason
 
@@ -82,7 +79,7 @@ def test_a_robot_without_a_gripper_is_skipped(subjects: Compare) -> None:
 
 
 def test_a_body_that_does_not_stop_is_skipped(subjects: Compare, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sliding_module, "_DURATION", 0.1)
+    monkeypatch.setattr(body_experiments, "_SLIDING_DURATION", 0.1)
     (skipped,) = sliding(subjects(environment=LIFT)).comparisons
     assert skipped.status is Status.SKIPPED
     assert "does not stop" in skipped.reason
@@ -106,15 +103,15 @@ def test_bodies_are_turned_by_their_edges(size: tuple[float, float, float], shor
 @pytest.mark.needs("pybullet")
 @pytest.mark.slow
 def test_real_engines_follow_coulombs_law(subjects: Compare) -> None:
-    tool = slip_module._gripper(subjects("pybullet", LIFT)[0])
+    tool = gripper_of(subjects("pybullet", LIFT)[0])
     assert tool is not None
     for subject in subjects("pybullet", LIFT):
         (cube,) = bodies_of(subject)
         # Cube and floor have 0.5, and fingers 1.2. On the floor the larger coefficient counts, and between the fingers their own
         # on MuJoCo and the product on PyBullet.
-        assert sliding_module._slide(subject, cube)[2] == pytest.approx(1.0 / (2.0 * 9.81 * 0.5), rel=0.1)
+        assert slide(subject, cube).values["sliding_distance"] == pytest.approx(1.0 / (2.0 * 9.81 * 0.5), rel=0.1)
         fingers = 1.2 if subject.simulator == "mujoco" else 0.5 * 1.2
-        force = slip_module._pull(subject, cube, tool)[0][-1]
+        force = pull(subject, cube, tool).values["slip_force"]
         assert force == pytest.approx((2.0 * 5.0 * fingers - 1.0) * WEIGHT, rel=0.15)
 
 

@@ -15,7 +15,7 @@ import pytest
 from frobs_devkit.parity import TOLERANCES, ActionFile, Measurement, Status, Subject, measure_parity
 from frobs_devkit.parity import policy as policy_module
 from frobs_devkit.parity.actions import smooth_actions
-from frobs_devkit.parity.friction import friction
+from frobs_devkit.parity.body_experiments import friction, settling
 from frobs_devkit.parity.gravity_drop import gravity_drop
 from frobs_devkit.parity.kinematics import forward_kinematics
 from frobs_devkit.parity.lidar import lidar
@@ -24,7 +24,6 @@ from frobs_devkit.parity.replay import replay
 from frobs_devkit.parity.result import judge, worst
 from frobs_devkit.parity.rewards import rewards
 from frobs_devkit.parity.rollout import free_steps, play
-from frobs_devkit.parity.settling import settling
 from frobs_devkit.parity.step_response import SATURATED_SHARE, saturated_step_response, step_response
 from frobs_train import Evaluation
 

@@ -612,7 +612,6 @@ SEPARATE = [
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 @pytest.mark.parametrize(("faulty", "check"), SEPARATE)
 def test_no_other_check_catches(faulty: type, check: str) -> None:
     report = run_checks(check_algorithm(record(faulty)))

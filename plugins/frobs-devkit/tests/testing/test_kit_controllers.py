@@ -430,7 +430,6 @@ SEPARATE = [
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 @pytest.mark.parametrize(("faulty", "check"), SEPARATE, ids=[check for _, check in SEPARATE])
 def test_no_other_check_catches(faulty: ControllerRecord, check: str) -> None:
     report = run_checks(check_controller(faulty))

@@ -95,7 +95,6 @@ SEPARATE = [
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 @pytest.mark.parametrize(("fault", "check"), SEPARATE)
 def test_no_other_check_catches(fault: str, check: str) -> None:
     report = run_checks(check_env(f"kit_environments:kit/{fault}-v0"))

@@ -150,7 +150,6 @@ REQUIREMENTS: dict[str, tuple[str, str, str]] = {
 }
 INSEPARABLE: dict[str, str] = {}
 
-EXHAUSTIVE = (pytest.mark.slow, pytest.mark.exhaustive)
 FAST = ("nothing_offered", "prints", "seeds_everyone", "taken_name")
 """Faults that 'make test' tries; the others start a process each, too."""
 
@@ -192,7 +191,7 @@ def test_a_sound_plugin_passes(install: Install) -> None:
 
 @pytest.mark.parametrize(
     ("check", "change", "told"),
-    [pytest.param(*fault, id=id, marks=[] if id in FAST else EXHAUSTIVE) for id, fault in FAULTS.items()],
+    [pytest.param(*fault, id=id, marks=[] if id in FAST else pytest.mark.slow) for id, fault in FAULTS.items()],
 )
 def test_one_check_catches_it_and_no_other(
     install: Install, check: str, change: Callable[[str], str], told: str

@@ -263,7 +263,6 @@ INSEPARABLE = {
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 @pytest.mark.parametrize(("check", "faulty"), SEPARATE.items(), ids=SEPARATE)
 def test_no_other_check_catches(find: Any, monkeypatch: pytest.MonkeyPatch, check: str, faulty: type) -> None:
     find(faulty, check)

@@ -16,8 +16,8 @@ class Faulty(MyReach):
         super().reward(context)
         change = context.action - self._last_action
         self._last_action = context.action.copy()
-        self._terms["smoothness"] = -0.1 * (change**2).sum(axis=-1)
-        return np.asarray(sum(self._terms.values()))
+        self._reward_terms["smoothness"] = -0.1 * (change**2).sum(axis=-1)
+        return np.asarray(sum(self._reward_terms.values()))
 
     def snapshot(self):
         return {**super().snapshot(), "last_action": self._last_action.copy()}

@@ -10,6 +10,6 @@ from templates.my_drive import MyDrive
 class Faulty(MyDrive):
     def reward(self, context):
         super().reward(context)
-        if "progress" in self._terms:
-            self._terms["progress"] = self.progress_weight * (self._distance - self._last_distance)
-        return np.asarray(sum(self._terms.values()))
+        if "progress" in self._reward_terms:
+            self._reward_terms["progress"] = self.progress_weight * (self.distance - self.last_distance)
+        return np.asarray(sum(self._reward_terms.values()))

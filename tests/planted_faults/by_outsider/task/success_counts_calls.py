@@ -17,7 +17,7 @@ class Faulty(MyDrive):
         super().reset(mask, rng, options)
 
     def is_success(self):
-        self._held = np.where(self._distance <= self.tolerance, self._held + 1, 0)
+        self._held = np.where(self.distance <= self.tolerance, self._held + 1, 0)
         return self._held >= 3
 
     def snapshot(self):

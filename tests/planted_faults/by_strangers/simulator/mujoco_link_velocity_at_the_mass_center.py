@@ -15,7 +15,7 @@ APPROXIMATE = ""
 
 class _Robot(MujocoRobot):
     def frame_velocity(self, frame):
-        body = self._body(frame)
+        body = self._simulation.model.body(f"{self.name}/{self.frame_name(frame)}").id
         twist = self._simulation.derived("cvel")[:, body]
         arm = self._simulation.derived("xipos")[:, body] - self._simulation.derived("subtree_com")[:, self._tree]
         return twist[:, 3:] + cross(twist[:, :3], arm), twist[:, :3]

@@ -14,4 +14,4 @@ class Faulty(MyDrive):
         way = self._goal - pos
         way[:, 2] = 0.0
         self._way = quat_rotate(quat, way)
-        self._distance = np.sqrt((way**2).sum(axis=-1))
+        self.distance = np.sqrt((way**2).sum(axis=-1))

@@ -9,4 +9,4 @@ class Faulty(Navigate):
     def advance(self, context):
         before = self._distance
         super().advance(context)
-        self._step.progress = before - self._distance
+        self.last_step.progress = before - self._distance

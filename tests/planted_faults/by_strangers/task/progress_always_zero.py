@@ -12,5 +12,5 @@ class Faulty(MyDrive):
         pos, quat = self._robot.base_pose
         np.subtract(self._goal, pos, out=self._way)
         self._way[:, 2] = 0.0
-        np.sqrt((self._way**2).sum(axis=-1), out=self._distance)
+        np.sqrt((self._way**2).sum(axis=-1), out=self.distance)
         self._way[:] = in_frame(quat, self._way)

@@ -7,5 +7,5 @@ from frobs_tasks_manipulation.push import Push
 
 class Faulty(Push):
     def advance(self, context):
-        self._measure()
-        self._held += self._is_achieved()
+        self._update()
+        self._held += self.achieved

@@ -29,5 +29,5 @@ class Faulty(MyDrive):
         reward = super().reward(context)
         if self.reward_type != "dense":
             return reward
-        self._terms["turn"] = -self.turn_weight * np.abs(self._turn)
-        return np.asarray(sum(self._terms.values()))
+        self._reward_terms["turn"] = -self.turn_weight * np.abs(self._turn)
+        return np.asarray(sum(self._reward_terms.values()))

@@ -2,31 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from frobs_cli.errors import CommandLineError
 from frobs_cli.facts import print_facts
+from frobs_cli.field_options import option
 from frobs_cli.formats import duration
-from frobs_cli.model_options import PackagePath, XacroArgs, robot_keywords
-from frobs_cli.options import Controller, EnvId, Json, Robot, Simulator, Tcp
+from frobs_cli.model_options import ROBOT_FLAGS, RobotChoice
+from frobs_cli.options import Controller, EnvId, Json, Simulator
 from frobs_cli.output import only_json, print_json, working
-from frobs_devkit.cli.bench_scaling import (
-    Jobs,
-    Network,
-    NodeProcessors,
-    Out,
-    Predict,
-    Price,
-    Processes,
-    Scaling,
-    Seconds,
-    Threads,
-    read_sizes,
-    report_scaling,
-)
+from frobs_devkit.cli.bench_scaling import read_sizes, report_scaling
 from frobs_train.cli.runner_options import RayAddress, RunnerName
 
 if TYPE_CHECKING:
@@ -35,64 +23,67 @@ if TYPE_CHECKING:
     from frobs_train import RunConfig
 
 
+_UP_TO_ALL = "1, 2, 4, … up to the number of processors"
+_ONLY_SCALING = ("threads", "processes", "jobs", "seconds", "ray_address", "out")
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchOptions(RobotChoice):
+    """Options of ``frobs bench``.
+
+    Attributes:
+        training: Measure a training run instead of a step, and suggest settings.
+        scaling: Measure how speed and memory scale with environments, threads, processes and nodes.
+        algorithm: Algorithm for --training: a name from 'frobs list algorithms'.
+        num_envs: Number of environments to step as one batch; with --scaling, a list of numbers to measure.
+        steps: Number of steps to measure after the warm-up; with --training, number of environment steps, summed over
+            all environments.
+        threads: With --scaling: numbers of simulator threads with which the speed is measured.
+        processes: With --scaling: numbers of processes with which the speed of this machine is measured.
+        jobs: With --scaling --runner ray: numbers of processes to measure on the cluster, each on one processor.
+        seconds: With --scaling: duration of each measurement, in seconds.
+        out: With --scaling: PNG file for the plot.
+        settings: Training setting for --training or --scaling, in the same form as for 'frobs train'. Repeatable.
+    """
+
+    training: bool = option(False)
+    scaling: bool = option(False)
+    algorithm: str | None = option(None, show_default="ppo")
+    num_envs: str | None = option(
+        None, metavar="N", show_default="1; with --training, the configured number; with --scaling, 1,8,64,512"
+    )
+    steps: int | None = option(None, min=10, show_default="1000; with --training, about 4 seconds")
+    threads: str | None = option(None, metavar="N,N…", show_default=_UP_TO_ALL)
+    processes: str | None = option(None, metavar="N,N…", show_default=_UP_TO_ALL)
+    jobs: str | None = option(None, metavar="N,N…", show_default="1,2")
+    runner: RunnerName = "local"
+    ray_address: RayAddress = None
+    seconds: float | None = option(None, metavar="S", min=0.1, show_default="2")
+    out: Path | None = option(None, dir_okay=False, show_default="no plot")
+    simulator: Simulator = None
+    controller: Controller = None
+    settings: Sequence[str] = option((), name="set", metavar="KEY=VALUE")
+
+    @property
+    def uses_cluster(self) -> bool:
+        """Whether processes on a cluster are measured."""
+        return self.runner != "local" or self.ray_address is not None
+
+    def reject(self, names: Iterable[str], reason: str) -> None:
+        """Raise CommandLineError if one of the options is given."""
+        for name in names:
+            if getattr(self, name) not in (None, False, [], (), "local"):
+                flag = "set" if name == "settings" else name.replace("_", "-")
+                raise CommandLineError(f"--{flag}", reason)
+
+    def flags(self, **flags: Any) -> dict[str, Any]:
+        """Return the flags of :func:`frobs_train.resolve_config`, with additional ones."""
+        return flags | {name: getattr(self, name) for name in (*ROBOT_FLAGS, "simulator", "controller")}
+
+
 def bench(
     env_id: EnvId,
-    training: Annotated[
-        bool, typer.Option("--training", help="Measure a training run instead of a step, and suggest settings.")
-    ] = False,
-    scaling: Scaling = False,
-    algorithm: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            show_default="ppo",
-            help="Algorithm for --training and --predict: a name from 'frobs list algorithms'.",
-        ),
-    ] = None,
-    num_envs: Annotated[
-        str | None,
-        typer.Option(
-            metavar="N",
-            show_default="1; with --training, the configured number; with --scaling, 1,8,64,512",
-            help="Number of environments to step as one batch; with --scaling, a list of numbers to measure.",
-        ),
-    ] = None,
-    steps: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N",
-            min=10,
-            show_default="1000; with --training, about 4 seconds; with --predict, the configured number",
-            help="Number of steps to measure after the warm-up; with --training, number of environment steps, summed "
-            "over all environments; with --predict, number of environment steps in the training run.",
-        ),
-    ] = None,
-    threads: Threads = None,
-    processes: Processes = None,
-    jobs: Jobs = None,
-    runner: RunnerName = "local",
-    ray_address: RayAddress = None,
-    seconds: Seconds = None,
-    predict: Predict = None,
-    node_processors: NodeProcessors = None,
-    network: Network = None,
-    price: Price = None,
-    out: Out = None,
-    robot: Robot = None,
-    tcp: Tcp = None,
-    args: XacroArgs = None,
-    package_path: PackagePath = None,
-    simulator: Simulator = None,
-    controller: Controller = None,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="KEY=VALUE",
-            show_default=False,
-            help="Training setting for --training or --scaling, in the same form as for 'frobs train'. Repeatable.",
-        ),
-    ] = None,
+    options: BenchOptions,
     json: Json = False,
 ) -> None:
     """Measure how long each part of a step or training run takes, or how speed scales with parallelism.
@@ -104,8 +95,7 @@ def bench(
 
     With --scaling, the command measures how the steps per second and the memory use depend on the number of
     environments, simulator threads and processes. With --runner ray, the command also varies the number of processes on
-    a cluster. Each measurement runs in new processes. With --predict, the command fits a model to the measurements and
-    predicts the time of a training run on more nodes.
+    a cluster. Each measurement runs in new processes.
 
     Example:
         $ frobs bench frobs/Irb120Reach-v0
@@ -113,66 +103,43 @@ def bench(
         $ frobs bench frobs/Reach-v0 --robot arm.urdf --tcp tool0 --package-path ~/ros/src
         $ frobs bench frobs/Irb120Reach-v0 --training --algorithm sac
         $ frobs bench frobs/Irb120Reach-v0 --scaling --out scaling.png
-        $ frobs bench frobs/Irb120Reach-v0 --scaling --runner ray --ray-address auto --jobs 1,8,16 --predict 10,100,1000
+        $ frobs bench frobs/Irb120Reach-v0 --scaling --runner ray --ray-address auto --jobs 1,8,16
     """
     from frobs_core.plugins.registry import find_spec
 
     find_spec(env_id)
-    keywords: dict[str, Any] = {"simulator": simulator, "controller": controller}
-    ranges: dict[str, Any] = {
-        "threads": threads,
-        "processes": processes,
-        "jobs": jobs,
-        "seconds": seconds,
-        "ray_address": ray_address,
-    }
-    prediction: dict[str, Any] = {
-        "predict": predict,
-        "node_processors": node_processors,
-        "network": network,
-        "price": price,
-        "out": out,
-    }
-    if training or scaling:
-        mode = "--scaling" if scaling else "--training"
-        _reject({"--args": args, "--package-path": package_path}, f"use --set environment_kwargs.… with {mode}.")
-    if scaling:
-        _reject({"--training": training}, "choose either --training or --scaling.")
-        if steps is not None and predict is None:
-            raise CommandLineError(
-                "--steps",
-                "this option requires --predict if --scaling is used; add, for example, --predict 10,100,1000.",
-            )
-        flags = {"algorithm": algorithm, "robot": robot, "tcp": tcp, "steps": steps, **keywords}
+    if options.training or options.scaling:
+        mode = "--scaling" if options.scaling else "--training"
+        options.reject(("args", "package_path"), f"use --set environment_kwargs.… with {mode}.")
+    if options.scaling:
+        options.reject(["training"], "choose either --training or --scaling.")
+        options.reject(["algorithm"], "this option requires --training.")
+        options.reject(["steps"], "--scaling measures for a given time; use --seconds.")
         with only_json(json):
-            config = _resolve(env_id, flags, settings)
-        report_scaling(config, num_envs=num_envs, runner=runner, json=json, **ranges, **prediction)
+            config = _resolve(env_id, options.flags(), options.settings)
+        report_scaling(config, options, json=json)
         return
-    only_scaling = {f"--{name.replace('_', '-')}": value for name, value in (ranges | prediction).items()}
-    only_scaling["--runner"] = None if runner == "local" else runner
-    _reject(only_scaling, "this option requires --scaling.")
-    count = _one_size(num_envs)
-    if training:
-        flags = {"algorithm": algorithm, "num_envs": count, "robot": robot, "tcp": tcp, **keywords}
+    options.reject((*_ONLY_SCALING, "runner"), "this option requires --scaling.")
+    count = _one_size(options.num_envs)
+    if options.training:
+        from frobs_devkit.bench_training import bench_training
+
+        flags = options.flags(algorithm=options.algorithm, num_envs=count)
         with only_json(json), working("measuring a training run"):
-            trained = _measure_training(_resolve(env_id, flags, settings), steps)
+            trained = bench_training(_resolve(env_id, flags, options.settings), steps=options.steps)
         print_json(trained) if json else print_facts(_training_facts(trained))
         return
-    _reject({"--algorithm": algorithm, "--set": settings}, "this option requires --training or --scaling.")
+    options.reject(["algorithm"], "this option requires --training.")
+    options.reject(["settings"], "this option requires --training or --scaling.")
     from frobs_devkit.bench import bench as measure
 
-    options = robot_keywords(robot, tcp, args, package_path)
-    options |= {key: value for key, value in keywords.items() if value is not None}
-    steps = steps or 1000
+    keywords = options.keywords()
+    parts = {"simulator": options.simulator, "controller": options.controller}
+    keywords |= {key: value for key, value in parts.items() if value is not None}
+    steps = options.steps or 1000
     with only_json(json), working(f"measuring {steps:,} steps"):
-        result = measure(env_id, num_envs=count or 1, steps=steps, **options)
+        result = measure(env_id, num_envs=count or 1, steps=steps, **keywords)
     print_json(result) if json else print_facts(_step_facts(result))
-
-
-def _reject(options: dict[str, object], reason: str) -> None:
-    for name, value in options.items():
-        if value not in (None, False, [], ()):
-            raise CommandLineError(name, reason)
 
 
 def _one_size(num_envs: str | None) -> int | None:
@@ -186,16 +153,10 @@ def _one_size(num_envs: str | None) -> int | None:
     return sizes[0]
 
 
-def _resolve(env_id: str, flags: dict[str, Any], settings: Sequence[str] | None) -> RunConfig:
+def _resolve(env_id: str, flags: dict[str, Any], settings: Sequence[str]) -> RunConfig:
     from frobs_train import resolve_config
 
-    return resolve_config(env_id, flags=flags, settings=settings or (), check_parts=True)
-
-
-def _measure_training(config: RunConfig, steps: int | None) -> TrainingBenchResult:
-    from frobs_devkit.bench_training import bench_training
-
-    return bench_training(config, steps=steps)
+    return resolve_config(env_id, flags=flags, settings=settings, check_parts=True)
 
 
 def _step_facts(found: BenchResult) -> dict[str, Any]:

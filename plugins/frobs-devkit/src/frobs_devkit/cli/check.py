@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from frobs_cli.completion import complete_id
 from frobs_cli.errors import CommandLineError
+from frobs_cli.field_options import option
 from frobs_cli.options import Json
 from frobs_cli.output import console, only_json, print_json
 
@@ -25,6 +27,30 @@ _SIGNS = {
 }
 
 
+@dataclass(frozen=True, kw_only=True)
+class CheckOptions:
+    """Options of ``frobs check``.
+
+    Attributes:
+        robot: Robot to use for checks of controllers, tasks and environments.
+        simulator: Simulator in which to run the checks.
+        expect_failure: Name of a check that is expected to fail, and the reason. If this check passes, it is reported
+            as failed. Repeatable.
+        settings: Setting in the same form as for 'frobs train': algorithm_config.KEY for an algorithm,
+            environment_kwargs.KEY for an environment or task, environment_kwargs.controller_kwargs.KEY for a
+            controller, environment_kwargs.sensors.NAME.KEY for a sensor type. Repeatable.
+        steps: Number of environment steps in the short training run that checks an algorithm.
+    """
+
+    robot: str | None = option(None, show_default="the robot of ID_OR_PLUGIN, or a small test robot")
+    simulator: str | None = option(
+        None, show_default="the simulator of ID_OR_PLUGIN; for a robot, all installed simulators"
+    )
+    expect_failure: Sequence[str] = option((), metavar="CHECK=REASON")
+    settings: Sequence[str] = option((), name="set", metavar="KEY=VALUE")
+    steps: int | None = option(None, min=1, show_default="300")
+
+
 def check(
     subject: Annotated[
         str,
@@ -37,51 +63,7 @@ def check(
             autocompletion=complete_id,
         ),
     ],
-    robot: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            show_default="the robot of ID_OR_PLUGIN, or a small test robot",
-            help="Robot to use for checks of controllers, tasks and environments.",
-        ),
-    ] = None,
-    simulator: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            show_default="the simulator of ID_OR_PLUGIN; for a robot, all installed simulators",
-            help="Simulator in which to run the checks.",
-        ),
-    ] = None,
-    expect_failure: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="CHECK=REASON",
-            show_default=False,
-            help="Name of a check that is expected to fail, and the reason. If this check passes, it is reported as "
-            "failed. Repeatable.",
-        ),
-    ] = None,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="KEY=VALUE",
-            show_default=False,
-            help="Setting in the same form as for 'frobs train': algorithm_config.KEY for an algorithm, "
-            "environment_kwargs.KEY for an environment or task, environment_kwargs.controller_kwargs.KEY for a "
-            "controller, environment_kwargs.sensors.NAME.KEY for a sensor type. Repeatable.",
-        ),
-    ] = None,
-    steps: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N",
-            min=1,
-            show_default="300",
-            help="Number of environment steps in the short training run that checks an algorithm.",
-        ),
-    ] = None,
+    options: CheckOptions,
     json: Json = False,
 ) -> None:
     """Check that an environment, a part or a plugin fulfills its contract.
@@ -106,9 +88,9 @@ def check(
         item = find_subject(subject)
         if item.kind == "environment":
             find_spec(item.name)
-        expected = dict(_reason(text) for text in expect_failure or ())
-        given = _settings_of(item, merge(*(read_setting(setting) for setting in settings or ())))
-        checks = item.checks(robot, simulator, given, steps)
+        expected = dict(_reason(text) for text in options.expect_failure)
+        given = _settings_of(item, merge(*(read_setting(setting) for setting in options.settings)))
+        checks = item.checks(options.robot, options.simulator, given, options.steps)
         report = run_checks(checks, None if json else _print_result, expected)
     if json:
         print_json({"id": item.name, "kind": item.kind, "claimed_capabilities": item.claims, **report.as_dict()})

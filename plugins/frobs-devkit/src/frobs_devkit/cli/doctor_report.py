@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from frobs_cli.output import as_cell, console, print_line, print_title
 from frobs_devkit.doctor import Finding, JointFacts, RobotReport, Severity, SimulatorFacts, ToolCandidate
+from frobs_models import Gripper
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -31,6 +32,7 @@ def print_report(report: RobotReport) -> None:
             ["mass", f"{_number(report.mass)} kg in {_count(len(report.links), 'link')}"],
             ["at home", f"{edges} m (x × y × z)"],
             ["tool", _tool(report.tools)],
+            *([["gripper", _gripper(report.gripper)]] if report.gripper else []),
         ]
     )
     if moving:
@@ -61,6 +63,13 @@ def _tool(tools: Sequence[ToolCandidate]) -> str:
     tool = tools[0]
     bound = "" if tool.longest_reach is None else f" (never beyond {_number(tool.longest_reach)} m)"
     return f"{tool.link}; it reaches {_number(tool.reach)} m from the root{bound}"
+
+
+def _gripper(gripper: Gripper) -> str:
+    kind = "one jaw" if gripper.has_one_jaw else "fingers"
+    low, high = (f"{1000.0 * width:.0f}" for width in gripper.gap)
+    text = f"{kind} moved by {', '.join(gripper.joints)}; opens from {low} to {high} mm"
+    return "; ".join([f"{text}, for objects of about {1000.0 * gripper.object_size:.0f} mm", *gripper.notes])
 
 
 def _print_joints(joints: Iterable[JointFacts]) -> None:
@@ -222,12 +231,7 @@ def _print_table(
 ) -> None:
     """Write a table that fits the width of the terminal, and wrap text but not numbers.
 
-    Args:
-        heads: Column headings.
-        rows: Rows, each with one string per column.
-        right: Indices of the right-aligned columns.
-        header: Whether to show the column headings.
-        indent: Indentation of each line, in characters.
+    ``right`` contains the indices of the right-aligned columns, and ``indent`` is a number of characters.
     """
     from rich.padding import Padding
     from rich.table import Table

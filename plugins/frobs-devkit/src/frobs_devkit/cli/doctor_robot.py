@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from frobs_cli.errors import CommandLineError
 from frobs_cli.model_options import PackagePath, XacroArgs, package_paths, xacro_args
-from frobs_cli.options import Json
-from frobs_cli.output import only_json, print_json
+from frobs_cli.options import Attach, Gripper, Json
+from frobs_cli.output import only_json, print_json, print_note
+from frobs_core.util.files import write_text
 from frobs_devkit.cli.doctor_report import print_report
 
 
@@ -18,8 +21,8 @@ def robot(
         typer.Argument(
             metavar="ROBOT",
             show_default=False,
-            help="Robot to examine: a URDF, xacro or MJCF file, 'package:path' in a Python package, or a name from "
-            "'frobs list robots'.",
+            help="Robot to examine: a URDF, xacro or MJCF file, 'package:path' in a Python package, a YAML file that "
+            "--write wrote, or a name from 'frobs list robots'.",
         ),
     ],
     args: XacroArgs = None,
@@ -28,6 +31,18 @@ def robot(
         list[str] | None,
         typer.Option(
             metavar="NAME", show_default="all installed", help="Simulator in which to check the robot. Repeatable."
+        ),
+    ] = None,
+    gripper: Gripper = None,
+    attach: Attach = None,
+    write: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="YAML",
+            show_default=False,
+            dir_okay=False,
+            help="Write what was found about the robot and its gripper, with reasons and units, to this new file. You can "
+            "edit it and use it in place of the model file.",
         ),
     ] = None,
     json: Json = False,
@@ -42,13 +57,29 @@ def robot(
         $ frobs doctor robot irb120
         $ frobs doctor robot arm.urdf.xacro --args gripper:=true
         $ frobs doctor robot arm.urdf --package-path ~/ros/src --json
+        $ frobs doctor robot arm.urdf --write robot.yaml
     """
     from frobs_devkit.doctor import examine_robot
 
+    given, folders = xacro_args(args), package_paths(package_path)
+    if write is not None and write.exists():
+        raise CommandLineError("--write", f"'{write}' exists already; choose another name.")
     with only_json(json):
         report = examine_robot(
-            file, xacro_args=xacro_args(args), package_paths=package_paths(package_path), simulators=simulator or ()
+            file,
+            xacro_args=given,
+            package_paths=folders,
+            simulators=simulator or (),
+            gripper=None if gripper is None else {"joints": gripper.split(",")},
+            attach=attach,
         )
+    if write is not None:
+        from frobs_devkit.doctor.robot_file import robot_file_text
+
+        settings = {"xacro_args": given, "package_paths": folders, "attach": attach}
+        text = robot_file_text(report, file, {key: value for key, value in settings.items() if value}, write)
+        write_text(write, text)
+        print_note(f"written: {write}")
     if json:
         print_json(report)
     else:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from frobs_cli.facts import print_facts
+from frobs_cli.field_options import option
 from frobs_cli.model_options import PackagePath, XacroArgs
 from frobs_cli.options import Json
 from frobs_cli.output import only_json, print_json, print_line, print_note, print_title
@@ -19,7 +22,55 @@ from frobs_devkit.scaffold.answers import CHOICES, QUESTIONS, asked, find_proble
 _SHIPPED = "frobs/Irb120Reach-v0"  # an ID with a trained policy
 
 
+@dataclass(frozen=True, kw_only=True)
+class NewOptions:
+    """Options of ``frobs new``: answers to questions, and the folder for the plugin.
+
+    Attributes:
+        example: Example to start from: arm (reaches for a goal), wheeled (drives to a goal) or file (your own arm).
+        paced: Create a simulator whose world advances on its own, such as an interface to a real robot.
+        robot_file: Model file of your arm: URDF, xacro or MJCF.
+        tcp: Link of your arm that serves as the tool center point (TCP).
+        failing_checks: What to do if --robot-file fails conformance checks: reject the file, or expect these failures
+            in the plugin's tests.
+        robot: Installed robot that performs the new task. Requires WHAT to be task.
+        namespace: Namespace of the Gymnasium IDs (the part before the slash).
+        author: Copyright holder.
+        license: License of the plugin.
+        ci: CI service that runs the tests on each push.
+        output: Folder in which to create the plugin's folder.
+    """
+
+    example: str | None = option(None, show_default="arm; file if --robot-file is given")
+    paced: bool = option(False)
+    robot_file: Path | None = option(None)
+    tcp: str | None = option(None, metavar="LINK", show_default="the most likely link")
+    args: XacroArgs = None
+    package_path: PackagePath = None
+    failing_checks: str | None = option(None, metavar="|".join(CHOICES["failing_checks"]), show_default="reject")
+    robot: str | None = option(None, show_default="irb120")
+    namespace: str | None = option(None, show_default="lab")
+    author: str | None = option(None, show_default="Your Name")
+    license: str | None = option(None, metavar="|".join(CHOICES["license"]), show_default="MIT")
+    ci: str | None = option(None, metavar="|".join(CHOICES["ci"]), show_default="github")
+    output: Path = option(Path(), metavar="DIR", show_default="the current folder")
+
+    def answers(self) -> dict[str, str]:
+        """Return the answers by question, without questions that were not answered."""
+        file, example = self.robot_file, self.example
+        answers = {question: getattr(self, question) for question in QUESTIONS if hasattr(self, question)}
+        answers |= {
+            "example": "file" if file is not None and example is None else example,
+            "paced": "yes" if self.paced else None,
+            "robot_file": None if file is None else str(file.expanduser().absolute()),
+            "xacro_args": " ".join(self.args) if self.args else None,
+            "package_paths": os.pathsep.join(self.package_path) if self.package_path else None,
+        }
+        return {question: answer for question, answer in answers.items() if answer is not None}
+
+
 def new(
+    options: NewOptions,
     what: Annotated[
         str | None,
         typer.Argument(metavar="WHAT", show_default=False, help=f"What to create: {', '.join(CHOICES['what'])}."),
@@ -30,81 +81,6 @@ def new(
             metavar="NAME", show_default=False, help="Name by which users refer to the new part, such as my_arm."
         ),
     ] = None,
-    example: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            show_default="arm; file if --robot-file is given",
-            help="Example to start from: arm (reaches for a goal), wheeled (drives to a goal) or file (your own arm).",
-        ),
-    ] = None,
-    paced: Annotated[
-        bool,
-        typer.Option(
-            "--paced",
-            help="Create a simulator whose world advances on its own, such as an interface to a real robot.",
-        ),
-    ] = False,
-    robot_file: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", show_default=False, help="Model file of your arm: URDF, xacro or MJCF."),
-    ] = None,
-    tcp: Annotated[
-        str | None,
-        typer.Option(
-            metavar="LINK",
-            show_default="the most likely link",
-            help="Link of your arm that serves as the tool center point (TCP).",
-        ),
-    ] = None,
-    args: XacroArgs = None,
-    package_path: PackagePath = None,
-    failing_checks: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            show_default="reject",
-            help="What to do if --robot-file fails conformance checks: reject the file, or expect these failures "
-            "in the plugin's tests.",
-        ),
-    ] = None,
-    robot: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            show_default="irb120",
-            help="Installed robot that performs the new task. Requires WHAT to be task.",
-        ),
-    ] = None,
-    namespace: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME", show_default="lab", help="Namespace of the Gymnasium IDs (the part before the slash)."
-        ),
-    ] = None,
-    author: Annotated[
-        str | None, typer.Option(metavar="NAME", show_default="Your Name", help="Copyright holder.")
-    ] = None,
-    license: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME", show_default="MIT", help=f"License of the plugin: {', '.join(CHOICES['license'])}."
-        ),
-    ] = None,
-    ci: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            show_default="github",
-            help=f"CI service that runs the tests on each push: {', '.join(CHOICES['ci'])}.",
-        ),
-    ] = None,
-    output: Annotated[
-        Path,
-        typer.Option(
-            metavar="DIR", show_default="the current folder", help="Folder in which to create the plugin's folder."
-        ),
-    ] = Path(),
     json: Json = False,
 ) -> None:
     """Create a plugin from templates. You can install it, test it and use it for training without edits.
@@ -119,27 +95,10 @@ def new(
         $ frobs new simulator my_robot --paced
         $ frobs new pair xarm6 --robot-file xarm6.urdf --tcp link6
     """
-    import os
-
     from frobs_devkit.scaffold import render, resolve
 
-    flags: dict[str, str | None] = {
-        "what": what,
-        "example": "file" if robot_file is not None and example is None else example,
-        "paced": "yes" if paced else None,
-        "name": name,
-        "robot_file": None if robot_file is None else str(robot_file.expanduser().absolute()),
-        "tcp": tcp,
-        "xacro_args": " ".join(args) if args else None,
-        "package_paths": os.pathsep.join(package_path) if package_path else None,
-        "failing_checks": failing_checks,
-        "robot": robot,
-        "namespace": namespace,
-        "author": author,
-        "license": license,
-        "ci": ci,
-    }
-    given = {question: answer for question, answer in flags.items() if answer is not None}
+    arguments = {"what": what, "name": name}
+    given = {question: answer for question, answer in arguments.items() if answer is not None} | options.answers()
     if not {"what", "name"} <= given.keys():
         if json or not sys.stdin.isatty():
             raise MissingSettingError(
@@ -150,7 +109,7 @@ def new(
         given = _ask(given)
     with only_json(json):
         context = resolve(given)
-        folder = render(context, output)
+        folder = render(context, options.output)
     facts = _facts(context, folder)
     if json:
         print_json(facts)
@@ -192,7 +151,6 @@ def _facts(context: Mapping[str, Any], folder: Path) -> dict[str, Any]:
 
 
 def _ask(given: Mapping[str, str]) -> dict[str, str]:
-    """Ask for missing answers. Invalid answers are reported immediately."""
     from frobs_devkit.scaffold import fill_in, prompts
 
     answers, texts = dict(given), prompts()

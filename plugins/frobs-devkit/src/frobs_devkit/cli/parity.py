@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,16 +11,50 @@ import typer
 
 from frobs_cli.completion import complete_id, complete_policy
 from frobs_cli.errors import CommandLineError
-from frobs_cli.model_options import PackagePath, XacroArgs, robot_keywords
-from frobs_cli.options import Controller, Json, Robot, Tcp
+from frobs_cli.field_options import option
+from frobs_cli.model_options import RobotChoice
+from frobs_cli.options import Controller, Json
 from frobs_cli.output import console, only_json, print_json, print_line, print_note, print_table, print_title, working
+from frobs_core.kernel.robot_file import absolute_files
 from frobs_core.util.errors import ConflictingOptionsError
-from frobs_train.cli.runner_options import JobCpus, JobMemory, RayAddress, RunnerName, open_runner
+from frobs_train.cli.runner_options import RunnerChoice
 
 if TYPE_CHECKING:
     from frobs_devkit.parity import Certificate
 
 _STYLES = {"passed": "green", "failed": "bold red", "skipped": "dim"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParityOptions(RobotChoice):
+    """Options of ``frobs parity``.
+
+    Attributes:
+        simulators: Simulators to compare. The first simulator is the reference.
+        policy: Policy that is also evaluated on each simulator: a name from 'frobs list policies', or the path of a run
+            folder, bundle or model file. Requires a single ID.
+        run: Short form of --policy for a run folder.
+        episodes: Number of episodes to evaluate the --policy on each simulator.
+        actions: File with actions to replay: .json or .npz with the keys id, seed and actions. Requires a single ID.
+        only: Measurements to perform; all others are skipped.
+        out: Folder to write the certificate to. If several IDs are given, each certificate gets its own subfolder.
+    """
+
+    simulators: str | None = option(
+        None,
+        metavar="NAME,NAME…",
+        show_default="the environment's simulator, followed by all other usable simulators",
+    )
+    policy: str | None = option(None, autocompletion=complete_policy)
+    run: Path | None = option(None, metavar="RUN")
+    episodes: int = option(200, min=1)
+    actions: Path | None = option(None, dir_okay=False, show_default="generated smooth actions")
+    only: str | None = option(None, metavar="NAME,NAME…", show_default="all")
+    controller: Controller = None
+    out: Path | None = option(None, metavar="DIR", file_okay=False, show_default="parity/ID")
+
+    def keywords(self) -> dict[str, Any]:
+        return super().keywords() | ({"controller": self.controller} if self.controller else {})
 
 
 def parity(
@@ -33,62 +68,8 @@ def parity(
             autocompletion=complete_id,
         ),
     ],
-    simulators: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME,NAME…",
-            show_default="the environment's simulator, followed by all other usable simulators",
-            help="Simulators to compare. The first simulator is the reference.",
-        ),
-    ] = None,
-    policy: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            show_default=False,
-            help="Policy that is also evaluated on each simulator: a name from 'frobs list policies', or the path of a "
-            "run folder, bundle or model file. Requires a single ID.",
-            autocompletion=complete_policy,
-        ),
-    ] = None,
-    run: Annotated[
-        Path | None, typer.Option(metavar="RUN", show_default=False, help="Short form of --policy for a run folder.")
-    ] = None,
-    episodes: Annotated[
-        int, typer.Option(metavar="N", min=1, help="Number of episodes to evaluate the --policy on each simulator.")
-    ] = 200,
-    actions: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            dir_okay=False,
-            show_default="generated smooth actions",
-            help="File with actions to replay: .json or .npz with the keys id, seed and actions. Requires a single ID.",
-        ),
-    ] = None,
-    only: Annotated[
-        str | None,
-        typer.Option(metavar="NAME,NAME…", show_default="all", help="Measurements to perform; all others are skipped."),
-    ] = None,
-    controller: Controller = None,
-    robot: Robot = None,
-    tcp: Tcp = None,
-    args: XacroArgs = None,
-    package_path: PackagePath = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR",
-            file_okay=False,
-            show_default="parity/ID",
-            help="Folder to write the certificate to. If several IDs are given, each certificate gets its own "
-            "subfolder.",
-        ),
-    ] = None,
-    runner: RunnerName = "local",
-    ray_address: RayAddress = None,
-    cpus: JobCpus = None,
-    memory: JobMemory = None,
+    options: ParityOptions,
+    runner: RunnerChoice,
     json: Json = False,
 ) -> None:
     """Measure how closely simulators agree on an environment, and write a certificate.
@@ -114,41 +95,36 @@ def parity(
     from frobs_devkit.parity import measure_parity
     from frobs_train import open_policy
 
+    run, policy, only = options.run, options.policy, _split(options.only) or None
     if run is not None and policy is not None:
         raise ConflictingOptionsError(["--policy", "--run"])
-    chosen = open_runner(runner, ray_address, cpus, memory)
+    chosen, keywords = runner.open(), options.keywords()
     names = {
-        env_id: _split(simulators) or _installed(str(spec.kwargs.get("simulator", "mujoco")))
+        env_id: _split(options.simulators) or _installed(str(spec.kwargs.get("simulator", "mujoco")))
         for env_id, spec in specs.items()
     }
-    keywords = robot_keywords(robot, tcp, args, package_path) | ({"controller": controller} if controller else {})
-    if len(specs) > 1 or runner != "local":
-        for option, value in (("--policy", policy), ("--run", run), ("--actions", actions)):
+    if len(specs) > 1 or not runner.is_local:
+        for name, value in (("--policy", policy), ("--run", run), ("--actions", options.actions)):
             if value is not None:
-                raise CommandLineError(option, "this option requires a single ID and cannot be combined with --runner.")
+                raise CommandLineError(name, "this option requires a single ID and cannot be combined with --runner.")
         from frobs_devkit.cli.parity_jobs import certification_job, certify_and_report
 
-        root = out or Path("parity")
+        root, absolute = options.out or Path("parity"), _absolute(keywords)
         root.mkdir(parents=True, exist_ok=True)
-        jobs = [
-            certification_job(
-                id, names[id], root / bare_id(id), only=_split(only) or None, keywords=_absolute(keywords)
-            )
-            for id in specs
-        ]
+        jobs = [certification_job(id, names[id], root / bare_id(id), only=only, keywords=absolute) for id in specs]
         if not certify_and_report(jobs, chosen, root.absolute(), json=json):
             raise typer.Exit(1)
         return
     [env_id] = specs
-    folder = out or Path("parity") / bare_id(env_id)
+    folder = options.out or Path("parity") / bare_id(env_id)
     with only_json(json), working("comparing") as show:
         certificate = measure_parity(
             env_id,
             names[env_id],
             run=open_policy(env_id, run or policy) if run or policy else None,
-            actions=actions,
-            only=_split(only) or None,
-            episodes=episodes,
+            actions=options.actions,
+            only=only,
+            episodes=options.episodes,
             keywords=keywords,
             on_measurement=lambda title: show(f"{title.lower()}: {', '.join(names[env_id])}"),
         )
@@ -163,9 +139,7 @@ def parity(
 
 def _absolute(keywords: Mapping[str, Any]) -> dict[str, Any]:
     """Return an environment's keyword arguments with absolute paths, because a job may run in another folder."""
-    kwargs = dict(keywords)
-    if Path(str(kwargs.get("robot", ""))).is_file():
-        kwargs["robot"] = str(Path(kwargs["robot"]).resolve())
+    kwargs = absolute_files(keywords)
     if "package_paths" in kwargs:
         kwargs["package_paths"] = {name: str(Path(path).resolve()) for name, path in kwargs["package_paths"].items()}
     return kwargs
@@ -179,7 +153,7 @@ def _installed(own: str) -> list[str]:
     """Return the names of the available simulators, starting with the environment's default simulator."""
     from frobs_core import plugins
 
-    return [own, *(name for name in plugins.importable("simulator") if name != own)]
+    return [own, *(name for name in plugins.engines() if name != own)]
 
 
 def _print(certificate: Certificate, folder: Path) -> None:
@@ -196,22 +170,11 @@ def _print(certificate: Certificate, folder: Path) -> None:
             sign = Text(SIGNS[comparison.status], style=_STYLES[comparison.status])
             title = measurement.title if i == 0 else ""
             table.append([title, sign, simulator, quantity, error, tolerance, note])
-    print_table(
-        (
-            "measurement",
-            "",
-            "simulator",
-            "quantity",
-            "error",
-            "tolerance",
-            "location of the largest error, or reason for skipping",
-        ),
-        table,
-    )
+    where = "location of the largest error, or reason for skipping"
+    print_table(("measurement", "", "simulator", "quantity", "error", "tolerance", where), table)
     print_line()
-    console().print(
-        certificate.verdict, style="bold green" if certificate.passed else "bold red", soft_wrap=True, markup=False
-    )
+    style = "bold green" if certificate.passed else "bold red"
+    console().print(certificate.verdict, style=style, soft_wrap=True, markup=False)
     print_note(
         f"The certificate was written to {folder}: certificate.md, certificate.json, images, curves and actions."
     )

@@ -60,9 +60,6 @@ def certify_and_report(jobs: Sequence[Job], runner: Runner, folder: Path, *, jso
         runner: Runner that executes the jobs.
         folder: Existing folder that will contain the folder of each certificate.
         json: Whether to write JSON, and nothing else, to stdout.
-
-    Raises:
-        JobsError: A job failed.
     """
     with only_json(json):
         outcomes = collect_outcomes(

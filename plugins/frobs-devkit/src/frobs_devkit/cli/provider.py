@@ -1,9 +1,10 @@
-"""Draws robot sheets for ``frobs show``."""
+"""Draws robot sheets and the pictures of cameras for ``frobs show``."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from frobs_cli.providers import Provider
 
@@ -12,15 +13,20 @@ if TYPE_CHECKING:
 
 
 class DevkitProvider(Provider):
-    """Provider that draws robot sheets."""
+    """Provider that draws robot sheets and the pictures of cameras."""
 
     def draw(self, robot: Robot, picture: Path) -> Path:
         """Draw a robot in its home position and at its joint limits."""
-        from frobs_core.models import load_model
         from frobs_devkit.robot_sheet import draw_robot_sheet
 
-        model = load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)
+        model = robot.read_model()
         return draw_robot_sheet(robot, model, picture)
+
+    def draw_cameras(self, id: str, keywords: Mapping[str, Any], picture: Path) -> Path:
+        """Draw what each camera of an environment sees after the first reset."""
+        from frobs_devkit.camera_sheet import draw_camera_sheet
+
+        return draw_camera_sheet(id, keywords, picture)
 
 
 PROVIDER = DevkitProvider()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import permutations
 
@@ -12,7 +12,7 @@ from frobs_core.models import MOVING, Collision, Inertial, Link, Mesh, RobotMode
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ModelFileError
 from frobs_devkit.doctor.robot_report import Finding, LinkFacts, Severity, warning
-from frobs_models import link_bounds, shape_points
+from frobs_models import link_bounds, shape_points, shapes_points
 
 DENSITIES = (1.0, 20_000.0)
 """Range of plausible link densities, from foam to tungsten: mass divided by bounding box volume [kg/m³]."""
@@ -46,9 +46,8 @@ def _facts(link: Link) -> LinkFacts:
 
 def body_findings(model: RobotModel) -> Iterator[Finding]:
     """Yield findings about the links. Missing collision shapes are only reported for URDF files."""
-    inertials = [link.inertial for link in model.links if link.inertial is not None]
-    light = _SHARE * sum(inertial.mass for inertial in inertials)
-    small = _SHARE * sum(float(np.trace(inertia_matrix(inertial))) for inertial in inertials)
+    significant = is_significant(model)
+    assumed = {note.element for note in model.notes if note.rule == "no-mass"}
     for link in model.links:
         yield from _unreadable(link)
         bounds = link_bounds(link)
@@ -59,12 +58,27 @@ def body_findings(model: RobotModel) -> Iterator[Finding]:
                 f"its shape is {max(bounds[1] - bounds[0]):.3g} m long",
                 'a mesh in millimeters needs scale="0.001 0.001 0.001"',
             )
-        elif bounds is not None and link.inertial is not None:
-            heavy = link.inertial.mass > light or float(np.trace(inertia_matrix(link.inertial))) > small
+        elif bounds is not None and link.inertial is not None and f'<link name="{link.name}">' not in assumed:
+            heavy = significant(link.inertial)
             for finding in _compare(link, link.inertial, *bounds):
                 yield finding if heavy else replace(finding, severity=Severity.NOTE)
     if model.format == "urdf":
         yield from _untouchable(model)
+
+
+def is_significant(model: RobotModel) -> Callable[[Inertial], bool]:
+    """Return a function that decides whether a link's mass or inertia has a visible effect on the robot's motion."""
+    inertials = [link.inertial for link in model.links if link.inertial is not None]
+    light = _SHARE * sum(inertial.mass for inertial in inertials)
+    small = _SHARE * sum(float(np.trace(inertia_matrix(inertial))) for inertial in inertials)
+    return lambda one: one.mass > light or float(np.trace(inertia_matrix(one))) > small
+
+
+def _is_outside(center: Floats, points: Floats) -> bool:
+    """Return whether a point is farther outside the bounding box of points (n, 3) [m] than half of the box's size."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    distance = np.maximum(np.maximum(low - center, center - high), 0.0)
+    return bool((distance / np.maximum(high - low, _SMALL)).max() > 0.5)
 
 
 def _unreadable(link: Link) -> Iterator[Finding]:
@@ -95,10 +109,8 @@ def _untouchable(model: RobotModel) -> Iterator[Finding]:
     moved = {joint.child for joint in model.joints if joint.type in MOVING}
     for link in model.links:
         if link.visuals and not link.collisions:
-            problem, advice = (
-                "the link has visuals but no collision shape",
-                "add a <collision> element if the link should collide",
-            )
+            problem = "the link has visuals but no collision shape"
+            advice = "add a <collision> element if the link should collide"
             finding = warning("visual-only", f"link '{link.name}'", problem, advice)
             yield finding if link.name in moved else replace(finding, severity=Severity.NOTE)
 
@@ -123,8 +135,8 @@ def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Itera
         )
         return
     center = np.array(inertial.origin.pos)
-    outside = np.maximum(np.maximum(low - center, center - high), 0.0) / size
-    if outside.max() > 0.5:
+    shapes = [points for each in (link.collisions, link.visuals) if len(points := shapes_points(each))]
+    if all(_is_outside(center, points) for points in shapes):  # a collision shape may cover only a part of the link
         yield warning(
             "far-center",
             f"link '{link.name}'",
@@ -147,7 +159,7 @@ def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Itera
             )
             return
     ratios = moments / most
-    worst = int(np.argmax(np.abs(np.log(np.maximum(ratios, 1e-12)))))
+    worst = int(np.argmax(ratios) if ratios.max() > _MOST else np.argmin(ratios))
     if ratios.max() > _MOST or ratios.max() < _LEAST:
         name, solid = _MOMENTS[worst], most / 3.0
         ratio = float(moments[worst] / solid[worst])

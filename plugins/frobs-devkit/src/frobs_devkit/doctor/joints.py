@@ -1,18 +1,14 @@
-"""Describes the limits and drives of joints, and the efforts that hold the joints against gravity."""
+"""Describes the limits and drives of joints."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 
-import numpy as np
-
-from frobs_core.models import MOVING, Joint, JointType, RobotModel, default_gains
+from frobs_core.models import MOVING, Joint, JointType, RobotModel, default_gains, gravity_efforts
 from frobs_core.util.arrays import Floats
-from frobs_core.util.rotations import quat_rotate
 from frobs_devkit.doctor.robot_report import DriveFacts, Finding, JointFacts, Severity, warning
 
-_GRAVITY = 9.81  # [m/s²]
 _DEGREES = 4.0 * math.pi  # [rad] larger limits are probably in degrees, because joints rarely turn that far
 
 
@@ -64,39 +60,12 @@ def _drives(model: RobotModel, home: Floats) -> dict[str, DriveFacts]:
     return drives
 
 
-def gravity_efforts(model: RobotModel, joint_positions: Floats) -> Floats:
-    """Return the joint efforts that hold the robot against gravity while its root link is upright and fixed.
-
-    Args:
-        model: Model of the robot.
-        joint_positions: Positions of the actuated joints, (dof,) [rad or m].
-
-    Returns:
-        The efforts, (dof,) [N·m or N].
-    """
-    step = 1e-4 * np.eye(len(joint_positions))
-    positions = np.concatenate([joint_positions + step, joint_positions - step])  # (2 dof, dof)
-    energies = np.zeros(len(positions))
-    for link in model.links:
-        if link.inertial is not None:
-            pos, quat = model.frame_pose(link.name, positions)
-            center = pos + quat_rotate(quat, np.array(link.inertial.origin.pos))
-            energies += link.inertial.mass * _GRAVITY * center[:, 2]
-    above, below = np.split(energies, 2)
-    efforts = (above - below) / 2e-4
-    return np.where(np.abs(efforts) < 1e-9, 0.0, efforts)
-
-
 def joint_findings(model: RobotModel, facts: tuple[JointFacts, ...]) -> Iterator[Finding]:
     """Yield findings about the joints."""
     if not model.joint_names:
-        yield Finding(
-            code="no-joints",
-            severity=Severity.ERROR,
-            about=f"robot '{model.name}'",
-            problem="the robot has no movable joint, so there is nothing to control",
-            advice="set the type of moving joints to revolute, continuous or prismatic",
-        )
+        problem = "the robot has no movable joint, so there is nothing to control"
+        advice = "set the type of moving joints to revolute, continuous or prismatic"
+        yield Finding("no-joints", Severity.ERROR, f"robot '{model.name}'", problem, advice)
     for joint in facts:
         span = max(abs(joint.lower or 0.0), abs(joint.upper or 0.0))
         about = f"joint '{joint.name}'"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import PurePath
 
 from frobs_core import __version__, plugins
@@ -33,8 +33,8 @@ HEAVY = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class PluginFacts:
-    """Facts about one plugin.
+class PluginFacts(Probe):
+    """Facts about one plugin, in addition to what its import showed.
 
     Attributes:
         name: The entry point's name.
@@ -43,15 +43,6 @@ class PluginFacts:
         module: Module that the entry point refers to.
         made_for: Versions of ``frobs-core`` that the distribution requires. Empty if not specified.
         disabled: Whether ``FROBS_DISABLE_PLUGINS`` lists the plugin.
-        state: ``"loaded"``, ``"failed"``, ``"hanging"`` or ``"crashed"``.
-        cause: One-line reason why the plugin was not loaded.
-        traceback: Traceback of the failure, or of the point at which the import hangs.
-        import_seconds: Duration of the import [s].
-        records: Names of the plugin's records, by kind.
-        environment_ids: Environment IDs of the plugin's tasks.
-        stdout: Output to stdout during the import.
-        stderr: Output to stderr during the import.
-        changed: Global state that the import changed.
         findings: Problems of the plugin, and how to fix them.
     """
 
@@ -61,15 +52,6 @@ class PluginFacts:
     module: str
     made_for: str
     disabled: bool
-    state: str
-    cause: str
-    traceback: str
-    import_seconds: float
-    records: Mapping[str, tuple[str, ...]]
-    environment_ids: tuple[str, ...]
-    stdout: str
-    stderr: str
-    changed: tuple[str, ...]
     findings: tuple[Finding, ...]
 
     @property
@@ -110,16 +92,8 @@ def examine_plugins(
             module=candidate.value,
             made_for=core_versions(candidate.requirements),
             disabled=candidate.key in disabled,
-            state=seen.state,
-            cause=seen.cause,
-            traceback=seen.traceback,
-            import_seconds=seen.import_seconds,
-            records=seen.records,
-            environment_ids=seen.environment_ids,
-            stdout=seen.stdout,
-            stderr=seen.stderr,
-            changed=seen.changed,
             findings=tuple(_findings(candidate, seen, offers)),
+            **vars(seen),
         )
         for candidate, seen in zip(candidates, probes, strict=True)
     )
@@ -131,13 +105,11 @@ def _is_meant(candidate: Candidate, only: Iterable[str]) -> bool:
 
 
 def _names(seen: Probe) -> list[tuple[str, str]]:
-    """Return the (kind, name) pairs that a plugin provides."""
     names = [(kind, name) for kind, offered in seen.records.items() for name in offered]
     return [*names, *(("environment ID", id) for id in seen.environment_ids)]
 
 
 def _offers(candidates: Iterable[Candidate], probes: Iterable[Probe]) -> dict[tuple[str, str], list[Candidate]]:
-    """Return the plugins that provide each (kind, name) pair."""
     offers: dict[tuple[str, str], list[Candidate]] = {}
     for candidate, seen in zip(candidates, probes, strict=True):
         for key in _names(seen):
@@ -151,16 +123,10 @@ def _findings(
     lacking = missing(candidate.requirements)
     if seen.state != "loaded":
         advice = _advice_for_failure(candidate, seen, lacking[0].command if lacking else "")
-        yield Finding(code=seen.state, severity=Severity.ERROR, about="its import", problem=seen.cause, advice=advice)
+        yield Finding(seen.state, Severity.ERROR, "its import", seen.cause, advice)
     for one in lacking:
         there = f"version {one.installed} is installed" if one.installed else "the requirement is not installed"
-        yield Finding(
-            code="missing-requirement",
-            severity=Severity.ERROR,
-            about=f"requirement '{one.requirement}'",
-            problem=there,
-            advice=one.command,
-        )
+        yield Finding("missing-requirement", Severity.ERROR, f"requirement '{one.requirement}'", there, one.command)
     made_for = core_versions(candidate.requirements)
     if not is_made_for(made_for, __version__):
         yield warning(
@@ -188,18 +154,12 @@ def _clashes(
         others = [other for other in offers[kind, name] if other.key != candidate.key]
         if others:
             who = " and ".join(f"'{other.name}' of {other.distribution} {other.version}" for other in others)
-            clash = warning(
-                "clash",
-                f"{kind} '{name}'",
-                f"another plugin also provides this name: {who}",
-                "rename or remove one of the two records",
-            )
+            about, problem = f"{kind} '{name}'", f"another plugin also provides this name: {who}"
             if others[0].distribution == candidate.distribution:
-                yield replace(clash, severity=Severity.ERROR)
+                yield Finding("clash", Severity.ERROR, about, problem, "rename or remove one of the two records")
             else:
-                yield replace(
-                    clash, advice=f"use the name '{candidate.distribution}:{name}', or uninstall one of the plugins"
-                )
+                advice = f"use the name '{candidate.distribution}:{name}', or uninstall one of the plugins"
+                yield warning("clash", about, problem, advice)
 
 
 def _import_effects(seen: Probe) -> Iterable[Finding]:
@@ -238,12 +198,8 @@ def _import_effects(seen: Probe) -> Iterable[Finding]:
         )
     for warned in seen.warnings:
         place = f"{PurePath(warned['file']).name}:{warned['line']}"
-        yield warning(
-            "deprecated",
-            place,
-            f"{warned['category']}: {warned['message']}",
-            "the plugin's author should follow the advice in the warning",
-        )
+        problem = f"{warned['category']}: {warned['message']}"
+        yield warning("deprecated", place, problem, "the plugin's author should follow the advice in the warning")
 
 
 def _advice_for_failure(candidate: Candidate, seen: Probe, install: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -32,9 +33,6 @@ def read(path: str | Path, xacro_args: Mapping[str, str], package_paths: Mapping
     """Read a file leniently.
 
     Shapes with missing meshes and inertials with negative masses are removed and reported as findings.
-
-    Raises:
-        ModelFileError: The file cannot be read even after these removals.
     """
     root, file, packages = open_document(path, xacro_args=xacro_args, package_paths=package_paths)
     findings: list[Finding] = []
@@ -50,6 +48,7 @@ def read(path: str | Path, xacro_args: Mapping[str, str], package_paths: Mapping
 def _unresolved_meshes(root: Element, packages: Packages) -> list[Finding]:
     """Remove shapes with missing meshes, and return one finding per reason."""
     lost: dict[str, list[tuple[str, int | None]]] = {}
+    needed = set()  # reasons for which a simulator does not build the robot; it does without the mesh of a visual
     for link in root.children("link"):
         for shape in list(link.children("visual", "collision")):
             for mesh in shape.descendants("mesh"):
@@ -59,12 +58,14 @@ def _unresolved_meshes(root: Element, packages: Packages) -> list[Finding]:
                 except ModelFileError as error:
                     if uri:
                         lost.setdefault(error.reason, []).append((uri, mesh.line))
+                        if shape.tag == "collision" or not packages.missing(uri, packages.file.parent):
+                            needed.add(error.reason)
                         link.remove(shape)
                         break
-    return [_missing(reason, places) for reason, places in lost.items()]
+    return [_missing(reason, places, reason in needed) for reason, places in lost.items()]
 
 
-def _missing(reason: str, places: list[tuple[str, int | None]]) -> Finding:
+def _missing(reason: str, places: list[tuple[str, int | None]], is_needed: bool) -> Finding:
     uri, line = places[0]
     shapes = "1 shape" if len(places) == 1 else f"{len(places)} shapes"
     match = _LOST_PACKAGE.search(reason)
@@ -74,13 +75,11 @@ def _missing(reason: str, places: list[tuple[str, int | None]]) -> Finding:
         advice = f"set the package's location with --package-path {match[1]}=FOLDER or ROS_PACKAGE_PATH"
     else:
         about = f"mesh '{uri}'"
-        problem = (
-            f"{reason.rstrip('.')}; {shapes} of the robot {'is' if len(places) == 1 else 'are'} defined by this mesh"
-        )
+        are = "is" if len(places) == 1 else "are"
+        problem = f"{reason.rstrip('.')}; {shapes} of the robot {are} defined by this mesh"
         advice = "add the missing mesh file, or correct its path in the robot file"
-    return Finding(
-        code="unresolved-mesh", severity=Severity.ERROR, about=about, problem=problem, advice=advice, line=line
-    )
+    severity = Severity.ERROR if is_needed else Severity.WARNING
+    return Finding("unresolved-mesh", severity, about, problem, advice, line)
 
 
 def _negative_masses(root: Element) -> list[Finding]:
@@ -92,16 +91,9 @@ def _negative_masses(root: Element) -> list[Finding]:
         if inertial is None or mass is None or mass.number("value") >= 0.0:
             continue
         link.remove(inertial)
-        findings.append(
-            Finding(
-                code="negative-mass",
-                severity=Severity.ERROR,
-                about=f"link '{link.get('name')}'",
-                problem=f"the link's mass is {mass.number('value'):g} kg",
-                advice="set a positive mass; a link that is only a frame needs no <inertial>",
-                line=inertial.line,
-            )
-        )
+        about, problem = f"link '{link.get('name')}'", f"the link's mass is {mass.number('value'):g} kg"
+        advice = "set a positive mass; a link that is only a frame needs no <inertial>"
+        findings.append(Finding("negative-mass", Severity.ERROR, about, problem, advice, inertial.line))
     return findings
 
 
@@ -120,7 +112,8 @@ def _numbers_of_file(root: Element) -> dict[tuple[str, str], object]:
         numbers[about, "type"] = joint.get("type")
         if limit is not None and joint.get("type") in ("revolute", "continuous", "prismatic"):
             for attribute in ("lower", "upper", "velocity", "effort"):
-                numbers[about, f"{attribute} limit"] = limit.number(attribute) if attribute in limit.attrib else None
+                value = limit.cap(attribute) if attribute in limit.attrib else math.inf
+                numbers[about, f"{attribute} limit"] = value if math.isfinite(value) else None
     return numbers
 
 
@@ -137,7 +130,7 @@ def _differences(numbers: Mapping[tuple[str, str], object], model: RobotModel) -
             value = getattr(limits, attribute)
             used[about, f"{attribute} limit"] = value if np.isfinite(value) else None
     return [
-        Difference(about=about, quantity=quantity, file=said, used=used.get((about, quantity)))
+        Difference(about, quantity, said, used.get((about, quantity)))
         for (about, quantity), said in numbers.items()
         if not _same(said, used.get((about, quantity)))
     ]

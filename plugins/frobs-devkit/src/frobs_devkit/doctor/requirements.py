@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 
 from frobs_core.plugins import is_made_for
@@ -55,6 +57,19 @@ def missing(requirements: Iterable[str]) -> list[Missing]:
         if not installed or not requirement.specifier.contains(installed, prereleases=True):
             unmet.append(Missing(f"{requirement.name}{_extras(requirement.extras)}{requirement.specifier}", installed))
     return unmet
+
+
+def required_versions(distribution: str) -> dict[str, str]:
+    """Return the installed version of each requirement of a distribution, except requirements that belong to extras."""
+    from importlib.metadata import PackageNotFoundError, requires, version
+
+    versions = {}
+    for line in requires(distribution) or ():
+        if "extra ==" not in line:
+            name = re.split(r"[^\w.-]", line)[0]
+            with suppress(PackageNotFoundError):
+                versions[name] = version(name)
+    return versions
 
 
 def _extras(names: Iterable[str]) -> str:

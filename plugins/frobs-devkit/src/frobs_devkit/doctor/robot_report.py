@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, TypeAlias
 
+from frobs_models import Gripper
+
 Vector: TypeAlias = tuple[float, ...]
 
 FORMAT = 1
@@ -27,7 +29,7 @@ class Severity(Enum):
         return self.value
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Finding:
     """One problem or noteworthy fact.
 
@@ -51,7 +53,7 @@ class Finding:
 
 def warning(code: str, about: str, problem: str, advice: str) -> Finding:
     """Return a finding with the severity ``WARNING``."""
-    return Finding(code=code, severity=Severity.WARNING, about=about, problem=problem, advice=advice)
+    return Finding(code, Severity.WARNING, about, problem, advice)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,7 +164,7 @@ class ToolCandidate:
     chosen: bool
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Difference:
     """A quantity whose value in FRobs differs from the value in the file.
 
@@ -179,7 +181,7 @@ class Difference:
     used: Any
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class TranslatedElement:
     """How a simulator represents one kind of model element.
 
@@ -246,6 +248,8 @@ class RobotReport:
         joints: All joints, in file order.
         links: All links, in file order.
         tools: Candidate links for the tool center point, most likely first.
+        gripper: The gripper that manipulation tasks use, found from the shapes of the links, or None.
+        no_gripper: Why no gripper was found, or an empty string.
         differences: Quantities whose values in FRobs differ from the values in the file.
         simulators: Representation of the robot in each examined simulator.
     """
@@ -263,5 +267,7 @@ class RobotReport:
     joints: tuple[JointFacts, ...]
     links: tuple[LinkFacts, ...]
     tools: tuple[ToolCandidate, ...]
+    gripper: Gripper | None = None
+    no_gripper: str = ""
     differences: tuple[Difference, ...]
     simulators: tuple[SimulatorFacts, ...]

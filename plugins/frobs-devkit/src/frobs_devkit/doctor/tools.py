@@ -54,13 +54,13 @@ def tool_findings(model: RobotModel, tools: tuple[ToolCandidate, ...]) -> Iterat
     if others:
         more = f" and {len(others) - 3} more" if len(others) > 3 else ""
         yield Finding(
-            code="which-tool",
-            severity=Severity.NOTE,
-            about=f"link '{tools[0].link}'",
-            problem="the link is used as the tool because it is moved by the most joints; other candidates are "
+            "which-tool",
+            Severity.NOTE,
+            f"link '{tools[0].link}'",
+            "the link is used as the tool because it is moved by the most joints; other candidates are "
             f"{', '.join(others[:3])}{more}",
-            advice=f"choose the tool with tcp=LINK; links with names such as {', '.join(TOOL_NAMES[:3])} are "
-            "recognized automatically",
+            f"choose the tool with tcp=LINK; links with names such as {', '.join(TOOL_NAMES[:3])} are recognized "
+            "automatically",
         )
 
 

@@ -5,10 +5,11 @@ The modules::
     measure.py          the list of measurements and their requirements
     under_test.py       a simulator to compare, and the environment for the comparison
     tolerances.py       all tolerances, with the reason for each
-    kinematics.py · step_response.py · gravity_drop.py · replay.py · settling.py · friction.py · sliding.py · fall.py ·
-    slip.py · lidar.py · rewards.py · policy.py
+    kinematics.py · step_response.py · gravity_drop.py · replay.py · slip.py · lidar.py · rewards.py · policy.py
                         one measurement each, which returns comparisons and curves of several subjects
-    free_bodies.py      placement of the scene's bodies for sliding.py, fall.py and slip.py
+    body_experiments.py the measurements of bodies on the floor: settling, friction, sliding and fall
+    free_bodies.py      placement of the scene's bodies, and the comparison of their values, for body_experiments.py and
+                        slip.py
     certificate.py      all results and files; certificate_text.py writes the Markdown page, and draw.py draws the
                         images
 

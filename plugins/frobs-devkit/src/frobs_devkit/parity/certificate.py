@@ -75,15 +75,13 @@ class Certificate:
             "facts": dict(self.facts),
             "measurements": [
                 {
-                    "name": measurement.name,
-                    "title": measurement.title,
-                    "summary": measurement.summary,
-                    "status": str(measurement.status),
-                    "comparisons": plain(measurement.comparisons),
-                    "facts": dict(measurement.facts),
-                    "picture": f"{measurement.name}.png" if measurement.panels else None,
+                    **{
+                        key: plain(getattr(m, key))
+                        for key in ("name", "title", "summary", "status", "comparisons", "facts")
+                    },
+                    "picture": f"{m.name}.png" if m.panels else None,
                 }
-                for measurement in self.measurements
+                for m in self.measurements
             ],
             "versions": dict(self.versions),
         }
@@ -129,7 +127,6 @@ def curves(measurements: Sequence[Measurement]) -> dict[str, Floats]:
 
 
 def _pictures_of(path: Path) -> set[str]:
-    """Return the image file names of an existing certificate that will be replaced."""
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
         pictures = {m["picture"] for m in json.loads(path.read_text("utf-8"))["measurements"] if m["picture"]}
         return {name for name in pictures if Path(name).name == name and name.endswith(".png")}

@@ -105,5 +105,4 @@ def _flat(versions: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _anchor(title: str) -> str:
-    """Return the anchor that Markdown generates for a heading."""
     return "".join(c for c in title.lower().replace(" ", "-") if c.isalnum() or c == "-")

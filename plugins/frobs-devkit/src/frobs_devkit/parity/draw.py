@@ -22,9 +22,6 @@ def draw(measurement: Measurement, simulators: Sequence[str]) -> bytes:
 
     The reference is drawn as a broad pale line, and every other simulator as a thin dark line on top of it. If two
     simulators agree, the dark line runs along the middle of the pale line.
-
-    Raises:
-        RunError: matplotlib is not installed.
     """
     figure = make_figure(max(5.6, 4.9 * len(measurement.panels)), 4.2)
     axes = figure.subplots(1, len(measurement.panels), squeeze=False)[0]
@@ -86,7 +83,6 @@ def _stroke(line: Line, panel: Panel) -> dict[str, Any]:
 
 
 def _legend(axis: Any, panel: Panel, simulators: Sequence[str], errors: bool) -> None:
-    """Add legend entries for the colors, and for the line styles if several simulators share a color."""
     from matplotlib.lines import Line2D
 
     by_label = {line.label: line for line in panel.lines}

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
-from typing import Literal
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -13,12 +13,26 @@ from frobs_core.kernel.env import RobotEnv
 from frobs_core.models import Pose
 from frobs_core.util.arrays import Floats
 from frobs_core.util.rotations import quat_from_matrix, quat_rotate
-from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
-from frobs_devkit.parity.under_test import Subject
+from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel
+from frobs_devkit.parity.under_test import Subject, pairs_of
 from frobs_models import shape_points
 
 AWAY = 5.0
 """Distance between the robot and a body on the floor [m], which exceeds the robot's reach."""
+
+
+class Outcome(NamedTuple):
+    """Measurements of one simulator in an experiment.
+
+    Attributes:
+        values: Value of each quantity in SI units, or NaN if the simulator has no value.
+        x: Horizontal coordinates of the curve, (n,).
+        y: Vertical coordinates of the curve, (n,).
+    """
+
+    values: Mapping[str, float]
+    x: Floats
+    y: Floats
 
 
 class Bounded:
@@ -84,79 +98,82 @@ def bodies_of(subject: Subject) -> list[Bounded]:
     return [Bounded(name, body) for name, body in distinct.items()]
 
 
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """An experiment with a body, as it is shown in the certificate.
+
+    Attributes:
+        quantities: Description and displayed unit of each value, by the name of its tolerance.
+        curve: Title of the curves.
+        axes: Labels of the axes of the curves.
+        relative_to_height: Whether relative tolerances are fractions of the body's height instead of the value on the
+            first simulator.
+        unknown: Reason for skipping a comparison if the first simulator has no value. Without a reason, the comparison
+            fails.
+        missing: Text that is displayed if another simulator has no value.
+    """
+
+    quantities: Mapping[str, tuple[str, str]]
+    curve: str
+    axes: tuple[str, str]
+    relative_to_height: bool = False
+    unknown: str = ""
+    missing: str = "none"
+
+    def compare(
+        self, subjects: Sequence[Subject], outcomes: Sequence[Outcome | None], body: Bounded | None = None
+    ) -> tuple[list[Comparison], Panel]:
+        """Compare the values of each simulator with the values of the first simulator, and draw the curves.
+
+        Args:
+            subjects: The simulators.
+            outcomes: Results of each simulator, or None if it rejects the scene.
+            body: Body of the task's scene, whose name is added to the descriptions.
+        """
+        of = f" of '{body.name}'" if body else ""
+        comparisons, expected = [], outcomes[0]
+        for name, (text, unit) in self.quantities.items():
+            for pair, outcome in zip(pairs_of(subjects), outcomes[1:], strict=True):
+                if expected is None or outcome is None:
+                    rejecting = pair.reference if outcome else pair.other
+                    comparisons.append(pair.skip(f"{rejecting.label} rejects the scene", text + of))
+                    continue
+                value, first = outcome.values[name], expected.values[name]
+                if self.unknown and np.isnan(first):
+                    comparisons.append(pair.skip(f"{self.unknown} on {pair.reference.label}", text + of))
+                    continue
+                scale = body.edges[0] if body and self.relative_to_height else first
+                where = f"{self._show(value, unit)} instead of {self._show(first, unit)} {unit}".rstrip()
+                error = abs(value - first)
+                comparisons.append(pair.judge(name, text + of, error, exact=False, scale=scale, where=where))
+        lines = tuple(
+            Line(subject.label, outcome.x, outcome.y, i, i)
+            for i, (subject, outcome) in enumerate(zip(subjects, outcomes, strict=True))
+            if outcome and len(outcome.x)
+        )
+        return comparisons, Panel(title=self.curve + of, x_label=self.axes[0], y_label=self.axes[1], lines=lines)
+
+    def _show(self, value: float, unit: str) -> str:
+        if self.unknown and np.isnan(value):
+            return self.missing
+        return f"{1e3 * value if unit == 'mm' else value:.3g}"
+
+
 def compare_bodies(
-    subjects: Sequence[Subject], summary: str, compare: Callable[[Bounded], tuple[list[Comparison], Panel]]
+    subjects: Sequence[Subject], summary: str, experiment: Experiment, measure: Callable[[Subject, Bounded], Outcome]
 ) -> Measurement:
-    """Call ``compare`` for each free body of the task, and return all results as one measurement."""
+    """Repeat an experiment with each free body of the task, and return all results as one measurement."""
     bodies = bodies_of(subjects[0])
     if not bodies:
         return not_applicable(subjects, summary, "the task has no free body")
-    results = [compare(body) for body in bodies]
-    comparisons = tuple(comparison for each, _ in results for comparison in each)
-    return Measurement(summary=summary, comparisons=comparisons, panels=tuple(panel for _, panel in results))
-
-
-def compare_values(
-    subjects: Sequence[Subject],
-    name: str,
-    quantity: str,
-    values: Sequence[float],
-    *,
-    scale: float,
-    unknown: str,
-    unit: str,
-    factor: float = 1.0,
-    missing: str = "none",
-) -> list[Comparison]:
-    """Compare the value of each simulator with the value of the first simulator.
-
-    Args:
-        subjects: The simulators.
-        name: Name of the tolerance.
-        quantity: Name of the value.
-        values: Value of each simulator, or NaN for a simulator without a value.
-        scale: Factor that scales a relative tolerance.
-        unknown: Reason for skipping the comparisons if the first simulator has no value.
-        unit: Unit in which the values are displayed.
-        factor: Factor that converts the values to ``unit``.
-        missing: Text that is displayed instead of NaN.
-    """
-
-    def show(value: float) -> str:
-        return missing if np.isnan(value) else f"{factor * value:.3g}"
-
-    reference, *others = subjects
-    if np.isnan(values[0]):
-        return [skip(each.label, reference.label, f"{unknown} on {reference.label}", quantity) for each in others]
-    return [
-        judge(
-            name,
-            quantity,
-            each.label,
-            reference.label,
-            abs(value - values[0]),
-            exact=False,
-            scale=scale,
-            where=f"{show(value)} instead of {show(values[0])} {unit}",
-        )
-        for each, value in zip(others, values[1:], strict=True)
-    ]
-
-
-def draw_curves(
-    subjects: Sequence[Subject], title: str, x_label: str, y_label: str, curves: Iterable[tuple[Floats, Floats]]
-) -> Panel:
-    """Return a panel with one curve for each simulator. Simulators without points are omitted."""
-    lines = tuple(
-        Line(subject.label, x, y, i, i)
-        for i, (subject, (x, y)) in enumerate(zip(subjects, curves, strict=True))
-        if len(x)
+    results = [experiment.compare(subjects, [measure(each, body) for each in subjects], body) for body in bodies]
+    return Measurement(
+        summary=summary,
+        comparisons=tuple(comparison for comparisons, _ in results for comparison in comparisons),
+        panels=tuple(panel for _, panel in results),
     )
-    return Panel(title=title, x_label=x_label, y_label=y_label, lines=lines)
 
 
 def not_applicable(subjects: Sequence[Subject], summary: str, reason: str) -> Measurement:
     """Return a measurement that is skipped on all simulators for the given reason."""
-    reference, *others = subjects
-    comparisons: tuple[Comparison, ...] = tuple(skip(s.label, reference.label, reason) for s in others)
-    return Measurement(summary=summary, comparisons=comparisons)
+    return Measurement(summary=summary, comparisons=tuple(pair.skip(reason) for pair in pairs_of(subjects)))

@@ -9,9 +9,8 @@ import numpy as np
 from frobs_core.contracts import CommandMode
 from frobs_core.util.arrays import Mask
 from frobs_devkit.parity.motion import differences, error_line, position_bounds, record, worst_joint
-from frobs_devkit.parity.result import Line, Measurement, Panel, judge, skip
-from frobs_devkit.parity.tolerances import TOLERANCES
-from frobs_devkit.parity.under_test import Subject, follows_exactly
+from frobs_devkit.parity.result import Line, Measurement, Panel, error_panel
+from frobs_devkit.parity.under_test import Subject, pairs_of, tolerance_line
 
 DURATION = 1.0
 """Maximum duration of the fall [s]. The fall ends earlier if a joint reaches its limit."""
@@ -22,12 +21,9 @@ _LEAST_FALL = 1e-3  # [rad or m] smaller motions are not compared
 def gravity_drop(subjects: Sequence[Subject]) -> Measurement:
     """Compare the fall from the home position until a joint in the reference simulator reaches its limit."""
     reference, unit = subjects[0], subjects[0].joint_unit
-    names, dof = reference.placement.model.joint_names, len(reference.placement.model.joint_names)
-    off = np.zeros((1, 1, dof))
-    falls = [
-        record(subject, subject.driven(CommandMode.EFFORT), off, DURATION, reference.physics_timestep)
-        for subject in subjects
-    ]
+    names, period = reference.placement.model.joint_names, reference.physics_timestep
+    off = np.zeros((1, 1, len(names)))
+    falls = [record(subject, subject.driven(CommandMode.EFFORT), off, DURATION, period) for subject in subjects]
     first = falls[0][0]
     lower, upper = position_bounds(reference)
     inside: Mask = np.all((first.positions > lower) & (first.positions < upper), axis=1)  # (samples,)
@@ -35,51 +31,28 @@ def gravity_drop(subjects: Sequence[Subject]) -> Measurement:
     falls = [[motion.until(until) for motion in fall] for fall in falls]
     first = falls[0][0]
     reached = float(np.abs(first.positions - first.positions[:1]).max()) if until else 0.0
-    comparisons = []
-    for subject, fall in zip(subjects[1:], falls[1:], strict=True):
-        if reached < _LEAST_FALL:
-            comparisons.append(
-                skip(
-                    subject.label,
-                    reference.label,
-                    "gravity does not move any joint of this robot from the home position",
-                )
-            )
-            continue
+    comparisons, error_lines = [], []
+    for i, (pair, fall) in enumerate(zip(pairs_of(subjects), falls[1:], strict=True), 1):
         errors = differences(falls[0], fall)
+        error_lines.append(error_line(pair.other.label, errors, first.times, i))
+        if reached < _LEAST_FALL:
+            comparisons.append(pair.skip("gravity does not move any joint of this robot from the home position"))
+            continue
         where = worst_joint(errors, names, first.times)
-        exact = follows_exactly(reference, subject)
-        comparisons.append(
-            judge(
-                "gravity_drop", "joint positions", subject.label, reference.label, errors, exact=exact, scale=reached,
-                where=where, unit=unit,
-            )
-        )  # fmt: skip
+        judged = pair.judge("gravity_drop", "joint positions", errors, scale=reached, where=where, unit=unit)
+        comparisons.append(judged)
     lines = tuple(
         Line(name, fall[0].times, fall[0].positions[:, j], j, i)
         for i, fall in enumerate(falls)
         for j, name in enumerate(names)
     )
-    errors_over_time = tuple(
-        error_line(subject.label, differences(falls[0], fall), first.times, i)
-        for i, (subject, fall) in enumerate(zip(subjects[1:], falls[1:], strict=True), 1)
-    )
     return Measurement(
         summary="The robot falls from the home position with its drives off, its base fixed and collisions disabled. "
         f"The fall ends when a joint reaches its limit, or after {DURATION:g} s.",
         comparisons=tuple(comparisons),
-        facts={
-            "compared": f"{until * reference.physics_timestep:.3f} s, in which a joint moved by {reached:.3g} {unit}"
-        },
+        facts={"compared": f"{until * period:.3f} s, in which a joint moved by {reached:.3g} {unit}"},
         panels=(
             Panel(title="Motion of each joint with its drive off", x_label="s", y_label=unit, lines=lines),
-            Panel(
-                title="Largest difference of any joint",
-                x_label="s",
-                y_label=unit,
-                lines=errors_over_time,
-                tolerance=TOLERANCES["gravity_drop"].exact if follows_exactly(*subjects) else None,
-                log=True,
-            ),
+            error_panel("Largest difference of any joint", error_lines, unit, tolerance_line("gravity_drop", subjects)),
         ),
     )

@@ -9,7 +9,7 @@ import numpy as np
 from frobs_core.contracts import RobotHandle
 from frobs_core.util.arrays import Floats
 from frobs_core.util.rotations import quat_difference, quat_multiply, quat_rotate
-from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip, worst
+from frobs_devkit.parity.result import Comparison, Line, Measurement, error_panel, judge, skip, worst
 from frobs_devkit.parity.tolerances import TOLERANCES
 from frobs_devkit.parity.under_test import Subject
 
@@ -30,8 +30,8 @@ def forward_kinematics(subjects: Sequence[Subject], poses: int = POSES, seed: in
     """
     placement = subjects[0].placement
     model, links = placement.model, [link.name for link in placement.model.links]
-    lower = np.array([max(j.limits.lower, -_UNLIMITED) for j in model.actuated_joints])
-    upper = np.array([min(j.limits.upper, _UNLIMITED) for j in model.actuated_joints])
+    limits = np.array([(j.limits.lower, j.limits.upper) for j in model.actuated_joints]).reshape(-1, 2)
+    lower, upper = limits.clip(-_UNLIMITED, _UNLIMITED).T
     vectors = np.random.default_rng(seed).uniform(lower, np.maximum(lower, upper), (poses, len(lower)))  # (poses, dof)
     base_pos, base_quat = np.array(placement.pose.pos), np.array(placement.pose.quat_wxyz)
     expected = []
@@ -48,39 +48,26 @@ def forward_kinematics(subjects: Sequence[Subject], poses: int = POSES, seed: in
             if subject.level("teleport"):
                 by_method["joint states written"] = _written(robot, links, vectors)
             else:
-                comparisons.append(
-                    skip(subject.label, FILE, "the simulator cannot write joint states", "joint states written")
-                )
+                reason = "the simulator cannot write joint states"
+                comparisons.append(skip(subject.label, FILE, reason, "joint states written"))
         judged: dict[str, list[Comparison]] = {"frame_position": [], "frame_orientation": []}
         for how, poses_found in by_method.items():
             pairs = list(zip(expected, poses_found, strict=True))
             off = np.linalg.norm([e[0] - f[0] for e, f in pairs], axis=-1)  # (links, poses)
             turned = np.linalg.norm([quat_difference(e[1], f[1]) for e, f in pairs], axis=-1)
-            for name, what, errors in (
-                ("frame_position", "positions", off),
-                ("frame_orientation", "orientations", turned),
-            ):
+            for name, errors in (("frame_position", off), ("frame_orientation", turned)):
                 link = links[int(np.argmax(np.nan_to_num(errors, nan=np.inf).max(axis=1)))]
-                judged[name].append(
-                    judge(name, f"link {what}", subject.label, FILE, errors, exact=True, where=f"{link}, {how}")
-                )
+                what, where = f"link {name.removeprefix('frame_')}s", f"{link}, {how}"
+                judged[name].append(judge(name, what, subject.label, FILE, errors, exact=True, where=where))
             distances.append(Line(f"{subject.label}, {how}", numbers, off.max(axis=0), len(distances), i, points=True))
         comparisons += [worst(rows) for rows in judged.values()]
+    title = "Largest distance of a link from its position according to the model file"
     return Measurement(
         summary=f"The poses of all {len(links)} links are compared with the model file at {poses} random joint vectors "
         "within the limits. Each simulator provides the poses twice: computed from the joint vectors, and reported after "
         "the joint states are set.",
         comparisons=tuple(comparisons),
-        panels=(
-            Panel(
-                title="Largest distance of a link from its position according to the model file",
-                x_label="joint vector",
-                y_label="m",
-                lines=tuple(distances),
-                tolerance=TOLERANCES["frame_position"].exact,
-                log=True,
-            ),
-        ),
+        panels=(error_panel(title, distances, "m", TOLERANCES["frame_position"].exact, "joint vector"),),
     )
 
 

@@ -12,9 +12,9 @@ from frobs_core.description import Body, Lidar
 from frobs_core.models import Box, Capsule, Cylinder, Pose, Sphere
 from frobs_core.plugins.records import Level
 from frobs_core.util.arrays import Floats
-from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
+from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, error_panel
 from frobs_devkit.parity.tolerances import TOLERANCES
-from frobs_devkit.parity.under_test import Subject
+from frobs_devkit.parity.under_test import Subject, pairs_of
 
 _HEIGHT = 0.3  # [m] height of the rays above the robot's root link
 _RAYS = 180
@@ -30,20 +30,16 @@ def lidar(subjects: Sequence[Subject]) -> Measurement:
     reference = subjects[0]
     scans = [_scan(subject) for subject in subjects]
     comparisons: list[Comparison] = []
-    for subject, scan in zip(subjects[1:], scans[1:], strict=True):
-        exact = all(s.level("rays") == Level.EXACT for s in (reference, subject))
+    for pair, scan in zip(pairs_of(subjects), scans[1:], strict=True):
+        exact = _are_exact([reference, pair.other])
         for moment in ("as built", "after a body moved"):
             if moment not in scans[0] or moment not in scan:
-                comparisons.append(skip(subject.label, reference.label, "bodies cannot be moved", f"ranges, {moment}"))
+                comparisons.append(pair.skip("bodies cannot be moved", f"ranges, {moment}"))
                 continue
             a, b = scans[0][moment], scan[moment]
             worst = int(np.argmax(np.nan_to_num(np.abs(a - b), nan=np.inf)))
-            comparisons.append(
-                judge(
-                    "lidar", f"ranges, {moment}", subject.label, reference.label, np.abs(a - b), exact=exact,
-                    where=f"ray {worst + 1} of {len(a)}: {b[worst]:.4f} m instead of {a[worst]:.4f} m",
-                )
-            )  # fmt: skip
+            where = f"ray {worst + 1} of {len(a)}: {b[worst]:.4f} m instead of {a[worst]:.4f} m"
+            comparisons.append(pair.judge("lidar", f"ranges, {moment}", np.abs(a - b), exact=exact, where=where))
     name, scanner = _scanner(reference)
     return Measurement(
         summary=f"The ranges of {scanner.rays} rays of "
@@ -104,15 +100,12 @@ def _panels(subjects: Sequence[Subject], scans: Sequence[Mapping[str, Floats]], 
         points.append(Line(subject.label, ranges * np.cos(angles), ranges * np.sin(angles), i, i, points=True))
         if i and moment in scan:
             errors.append(Line(subject.label, np.degrees(angles), np.abs(scan[moment] - scans[0][moment]), i))
-    exact = all(subject.level("rays") == Level.EXACT for subject in subjects)
+    allowed = TOLERANCES["lidar"].allowed(_are_exact(subjects))
     return (
         Panel(title=f"Scan, {moment}", x_label="m", y_label="m", lines=tuple(points), map=True),
-        Panel(
-            title="Difference of each ray",
-            x_label="degrees",
-            y_label="m",
-            lines=tuple(errors),
-            tolerance=TOLERANCES["lidar"].allowed(exact),
-            log=True,
-        ),
+        error_panel("Difference of each ray", errors, "m", allowed, "degrees"),
     )
+
+
+def _are_exact(subjects: Sequence[Subject]) -> bool:
+    return all(subject.level("rays") == Level.EXACT for subject in subjects)

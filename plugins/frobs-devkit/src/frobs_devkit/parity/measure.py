@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import logging
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,22 +15,20 @@ from frobs_core import plugins
 from frobs_core.plugins.capabilities import known_capabilities
 from frobs_core.plugins.records import Level
 from frobs_core.util.errors import ModelMismatchError, check_name
+from frobs_devkit.doctor.requirements import required_versions
 from frobs_devkit.parity.actions import ActionFile, check_actions, read_actions, smooth_actions
+from frobs_devkit.parity.body_experiments import fall, friction, settling, sliding
 from frobs_devkit.parity.certificate import Certificate
-from frobs_devkit.parity.fall import fall
-from frobs_devkit.parity.friction import friction
 from frobs_devkit.parity.gravity_drop import gravity_drop
 from frobs_devkit.parity.kinematics import forward_kinematics
 from frobs_devkit.parity.lidar import lidar
 from frobs_devkit.parity.policy import EPISODES, policy
 from frobs_devkit.parity.replay import replay
-from frobs_devkit.parity.result import Measurement, Status, skip
+from frobs_devkit.parity.result import Measurement, Status
 from frobs_devkit.parity.rewards import rewards
-from frobs_devkit.parity.settling import settling
-from frobs_devkit.parity.sliding import sliding
 from frobs_devkit.parity.slip import slip
 from frobs_devkit.parity.step_response import saturated_step_response, step_response
-from frobs_devkit.parity.under_test import Subject, make_subjects
+from frobs_devkit.parity.under_test import Subject, make_subjects, pairs_of
 from frobs_train import Run, versions
 
 _log = logging.getLogger(__name__)
@@ -147,21 +144,21 @@ def _plans(file: ActionFile, run: Run | None, episodes: int) -> dict[str, Plan]:
 
 def _make(name: str, plan: Plan, subjects: Sequence[Subject]) -> Measurement:
     """Run one measurement on all simulators that support it, and report unsupported simulators and failures."""
-    reference = subjects[0]
+    reference = subjects[0].label
     lacks = {subject.label: _missing(plan, subject) for subject in subjects}
     able = [subject for subject in subjects if not lacks[subject.label]]
-    unable = [skip(s.label, reference.label, lacks[s.label]) for s in subjects[1:] if lacks[s.label]]
+    unable = [pair.skip(lacks[pair.other.label]) for pair in pairs_of(subjects) if lacks[pair.other.label]]
     measured = Measurement(summary="Not measured.", comparisons=())
-    if lacks[reference.label]:
-        reason = f"the reference {reference.label} cannot be measured: {lacks[reference.label]}"
-        unable = [skip(s.label, reference.label, reason) for s in subjects[1:]]
+    if lacks[reference]:
+        reason = f"the reference {reference} cannot be measured: {lacks[reference]}"
+        unable = [pair.skip(reason) for pair in pairs_of(subjects)]
     elif len(able) > 1:
         try:
             measured = plan.measure(able)
         except Exception as error:  # a failure of one measurement must not hide the results of the others
             _log.debug("%s failed", name, exc_info=True)
             reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
-            failed = [replace(skip(s.label, reference.label, reason), status=Status.FAILED) for s in able[1:]]
+            failed = [replace(pair.skip(reason), status=Status.FAILED) for pair in pairs_of(able)]
             measured = replace(measured, comparisons=tuple(failed))
     return replace(measured, name=name, title=plan.title, comparisons=(*measured.comparisons, *unable))
 
@@ -205,10 +202,6 @@ def _versions(subjects: Sequence[Subject]) -> dict[str, Any]:
     for subject in subjects:
         distribution = plugins.get_report("simulator", subject.simulator).distribution
         with contextlib.suppress(metadata.PackageNotFoundError):
-            names = [
-                re.split(r"[^\w.-]", line)[0]
-                for line in metadata.requires(distribution) or ()
-                if "extra ==" not in line
-            ]
-            engines |= {name: metadata.version(name) for name in names if not name.startswith("frobs")}
+            required = required_versions(distribution)
+            engines |= {name: version for name, version in required.items() if not name.startswith("frobs")}
     return {**versions(), "engines": engines}

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from frobs_core.plugins.records import Level
-from frobs_devkit.parity.result import Comparison, Measurement, Panel, judge, skip
-from frobs_devkit.parity.under_test import Subject
+from frobs_devkit.parity.result import Comparison, Measurement, Panel
+from frobs_devkit.parity.under_test import Subject, pairs_of
 from frobs_train import Evaluation, PolicyRun, Run, evaluate
 
 EPISODES = 200
@@ -23,30 +23,23 @@ def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> M
         run: The run, or a policy opened by :func:`frobs_train.open_policy`. The results of a run are also written to
             the run's ``evaluations/`` folder.
         episodes: Number of episodes, at least 1.
-
-    Raises:
-        CheckpointError: No checkpoint is usable.
-        RunError: The environment differs from the environment of the training run.
     """
-    reference = subjects[0]
     batched = all(subject.level("batched") > Level.UNSUPPORTED for subject in subjects)
     together = min(episodes, _TOGETHER) if batched else 1
     results = [evaluate(run, episodes, simulator=subject.simulator, num_envs=together) for subject in subjects]
     first = results[0]
     comparisons: list[Comparison] = []
-    for subject, other in zip(subjects[1:], results[1:], strict=True):
+    for pair, other in zip(pairs_of(subjects), results[1:], strict=True):
         if first.success_rate is None or other.success_rate is None:
-            comparisons.append(skip(subject.label, reference.label, "the environment does not define success"))
+            comparisons.append(pair.skip("the environment does not define success"))
         elif not first.success_rate:
-            comparisons.append(skip(subject.label, reference.label, "the policy never succeeds on the reference"))
+            comparisons.append(pair.skip("the policy never succeeds on the reference"))
         else:
-            comparisons.append(
-                judge(
-                    "success", "success", subject.label, reference.label,
-                    abs(other.success_rate / first.success_rate - 1.0), exact=False,
-                    where=f"{_percent(other)} instead of {_percent(first)}",
-                )
-            )  # fmt: skip
+            error, where = (
+                other.success_rate / first.success_rate - 1.0,
+                f"{_percent(other)} instead of {_percent(first)}",
+            )
+            comparisons.append(pair.judge("success", "success", abs(error), exact=False, where=where))
     bars = {
         subject.label: (100.0 * result.success_rate, *(100.0 * end for end in result.success_interval))
         for subject, result in zip(subjects, results, strict=True)

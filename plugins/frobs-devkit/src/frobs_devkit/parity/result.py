@@ -168,6 +168,11 @@ def judge(
     )
 
 
+def error_panel(title: str, lines: Sequence[Line], unit: str, tolerance: float | None, x_label: str = "s") -> Panel:
+    """Return a panel with errors on a logarithmic axis."""
+    return Panel(title=title, x_label=x_label, y_label=unit, lines=tuple(lines), tolerance=tolerance, log=True)
+
+
 def worst(comparisons: Sequence[Comparison]) -> Comparison:
     """Return the comparison with the largest ratio of error to tolerance."""
 

@@ -7,10 +7,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from frobs_core.util.arrays import Floats
-from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
+from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, error_panel
 from frobs_devkit.parity.rollout import AFTER_A_TOUCH, Rollout, free_steps, play
-from frobs_devkit.parity.tolerances import TOLERANCES
-from frobs_devkit.parity.under_test import Subject, follows_exactly
+from frobs_devkit.parity.under_test import Pair, Subject, pairs_of, tolerance_line
 
 EPISODES = 3
 _CANDIDATES = 40  # number of episodes to try on the reference
@@ -45,29 +44,21 @@ def rewards(subjects: Sequence[Subject], episodes: int = EPISODES, seed: int = 0
         for j, (name, values) in enumerate(_joined(rollouts).items())
     ]
     errors_over_time = []
-    for i, (subject, rollouts) in enumerate(zip(subjects[1:], played[1:], strict=True), 1):
-        comparisons += _judge(reference, subject, (played[0], rollouts), free)
+    for i, (pair, rollouts) in enumerate(zip(pairs_of(subjects), played[1:], strict=True), 1):
+        comparisons += _judge(pair, (played[0], rollouts), free)
         largest = np.max(list(_errors(played[0], rollouts).values()), axis=0)
-        errors_over_time.append(Line(subject.label, np.arange(1.0, len(largest) + 1.0), largest, i))
+        errors_over_time.append(Line(pair.other.label, np.arange(1.0, len(largest) + 1.0), largest, i))
+    title = "Largest difference in the reward or its terms"
+    moved_freely = ", ".join(f"{n} of {rollout.steps}" for n, rollout in zip(free, played[0], strict=True))
     return Measurement(
         summary=f"The reward and its terms are compared in {episodes} episodes with different seeds and {steps} "
         f"random actions each. The episodes were selected from {_CANDIDATES} episodes on {reference.label} because "
         "their reward terms vary most.",
         comparisons=tuple(comparisons),
-        facts={
-            "moved freely": ", ".join(f"{n} of {rollout.steps}" for n, rollout in zip(free, played[0], strict=True))
-            + " steps"
-        },
+        facts={"moved freely": f"{moved_freely} steps"},
         panels=(
             Panel(title="Reward and terms", x_label="step", y_label="per step", lines=tuple(curves)),
-            Panel(
-                title="Largest difference in the reward or its terms",
-                x_label="step",
-                y_label="per step",
-                lines=tuple(errors_over_time),
-                tolerance=TOLERANCES["reward"].exact if follows_exactly(*subjects) else None,
-                log=True,
-            ),
+            error_panel(title, errors_over_time, "per step", tolerance_line("reward", subjects), "step"),
         ),
     )
 
@@ -114,10 +105,9 @@ def _errors(first: Sequence[Rollout], second: Sequence[Rollout]) -> dict[str, Fl
 
 
 def _judge(
-    reference: Subject, subject: Subject, played: tuple[Sequence[Rollout], Sequence[Rollout]], free: Sequence[int]
+    pair: Pair, played: tuple[Sequence[Rollout], Sequence[Rollout]], free: Sequence[int]
 ) -> Iterator[Comparison]:
     """Yield separate comparisons of each reward term for the robot's free motion and for the motion after a contact."""
-    exact = follows_exactly(reference, subject)
     steps = [min(a.steps, b.steps) + (a.steps != b.steps) for a, b in zip(*played, strict=True)]
     moves = [np.arange(n) < free_for for n, free_for in zip(steps, free, strict=True)]
     freely = np.concatenate(moves)
@@ -125,12 +115,11 @@ def _judge(
         what = "reward" if name == "reward" else f"term {name}"
         span = float(np.ptp(np.concatenate([rollout.rewards[name] for rollout in played[0]])))
         if span < _STANDS and not (errors != 0.0).any():
-            yield skip(subject.label, reference.label, "the values do not vary in these episodes", what)
+            yield pair.skip("the values do not vary in these episodes", what)
             continue
         for part, chosen in (("", freely), (AFTER_A_TOUCH, ~freely)):
             if chosen.any():
                 off = np.where(chosen, errors, 0.0)
-                yield judge(
-                    "reward", what + part, subject.label, reference.label, off, exact=exact and not part, scale=span,
-                    where=f"step {int(np.argmax(np.nan_to_num(off, nan=np.inf))) + 1} of {len(off)}",
-                )  # fmt: skip
+                where = f"step {int(np.argmax(np.nan_to_num(off, nan=np.inf))) + 1} of {len(off)}"
+                exact = False if part else None  # contacts are modeled differently by each engine
+                yield pair.judge("reward", what + part, off, exact=exact, scale=span, where=where)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -11,15 +12,8 @@ from frobs_core.description import EndEffector
 from frobs_core.kernel.env import RobotEnv
 from frobs_core.util.arrays import Floats
 from frobs_core.util.rotations import quat_conjugate, quat_multiply, quat_rotate
-from frobs_devkit.parity.free_bodies import (
-    Bounded,
-    bodies_of,
-    compare_bodies,
-    compare_values,
-    draw_curves,
-    not_applicable,
-)
-from frobs_devkit.parity.result import Comparison, Measurement, Panel
+from frobs_devkit.parity.free_bodies import Bounded, Experiment, Outcome, bodies_of, compare_bodies, not_applicable
+from frobs_devkit.parity.result import Measurement
 from frobs_devkit.parity.under_test import Subject
 
 _CLOSING, _PRESSING, _HOLDING = 1.0, 0.5, 0.2  # [s]
@@ -37,40 +31,30 @@ _SUMMARY = (
 
 def slip(subjects: Sequence[Subject]) -> Measurement:
     """Compare the force at which each free body of the task slips out of the gripper."""
-    tool = _gripper(subjects[0])
-    if tool is None and bodies_of(subjects[0]):
-        return not_applicable(subjects, _SUMMARY, "the robot has no gripper")
-
-    def compare(body: Bounded) -> tuple[list[Comparison], Panel]:
-        assert tool is not None
-        pulls = [_pull(subject, body, tool) for subject in subjects]
-        forces = [float(pull[-1]) if len(pull) else float("nan") for pull, _ in pulls]
-        comparisons = compare_values(
-            subjects,
-            "slip_force",
-            f"slip force of '{body.name}'",
-            forces,
-            scale=forces[0],
-            unknown="the gripper does not hold the body",
-            missing="not held",
-            unit="N",
-        )
-        curves = ((pull, 1e3 * moved) for pull, moved in pulls)
-        return comparisons, draw_curves(subjects, f"Motion of '{body.name}'", "N", "mm", curves)
-
-    return compare_bodies(subjects, _SUMMARY, compare)
+    tool = gripper_of(subjects[0])
+    if tool is None:
+        reason = "the robot has no gripper" if bodies_of(subjects[0]) else "the task has no free body"
+        return not_applicable(subjects, _SUMMARY, reason)
+    experiment = Experiment(
+        quantities={"slip_force": ("slip force", "N")},
+        curve="Motion",
+        axes=("N", "mm"),
+        unknown="the gripper does not hold the body",
+        missing="not held",
+    )
+    return compare_bodies(subjects, _SUMMARY, experiment, partial(pull, tool=tool))
 
 
-def _gripper(subject: Subject) -> EndEffector | None:
+def gripper_of(subject: Subject) -> EndEffector | None:
+    """Return the robot's first end effector that can close, or None."""
     tools = subject.placement.robot.end_effectors.values()
     return next((tool for tool in tools if tool.group and tool.closed), None)
 
 
-def _pull(subject: Subject, body: Bounded, tool: EndEffector) -> tuple[Floats, Floats]:
-    """Return the pulling forces (samples,) [N], and the distances (samples,) [m] that the body moved in the gripper.
+def pull(subject: Subject, body: Bounded, tool: EndEffector) -> Outcome:
+    """Pull a body out of the gripper. The curve shows its motion in the gripper over the force.
 
-    Both arrays are empty if the gripper does not hold the body. The last force is the force at which the body slips, or
-    the largest force that was applied.
+    The slip force is the largest force that was applied, or NaN if the gripper does not hold the body.
     """
     with subject.make() as env:
         env.reset(seed=0)
@@ -81,25 +65,19 @@ def _pull(subject: Subject, body: Bounded, tool: EndEffector) -> tuple[Floats, F
         env.simulation.step(round(_HOLDING / timestep))
         start = grasp.offset()
         if not held or not np.linalg.norm(start - placed) < _SLIPPED:
-            return np.zeros(0), np.zeros(0)
+            return Outcome({"slip_force": float("nan")}, np.zeros(0), np.zeros(0))
         forces, moved = [0.0], [0.0]
         while moved[-1] < _SLIPPED and forces[-1] < _MOST * weight:
             forces.append(forces[-1] + _GROWTH * weight * timestep)
-            pull = quat_rotate(env.robot.frame_pose(tool.tcp)[1], np.array([[0.0, 0.0, forces[-1]]]))
-            env.simulation.apply_wrench(body.name, pull, np.zeros((1, 3)))
+            force = quat_rotate(env.robot.frame_pose(tool.tcp)[1], np.array([[0.0, 0.0, forces[-1]]]))
+            env.simulation.apply_wrench(body.name, force, np.zeros((1, 3)))
             env.simulation.step(1)
             moved.append(float(np.linalg.norm(grasp.offset() - start)))
-    return np.array(forces), np.array(moved)
+    return Outcome({"slip_force": forces[-1]}, np.array(forces), 1e3 * np.array(moved))
 
 
 class _Grasp:
-    """A body in a gripper whose fingers close along the y axis of the tool frame.
-
-    Args:
-        env: The environment, after a reset.
-        body: The body.
-        tool: The gripper.
-    """
+    """A body in a gripper whose fingers close along the y axis of the tool frame, after a reset of the environment."""
 
     def __init__(self, env: RobotEnv, body: Bounded, tool: EndEffector) -> None:
         self._simulation, self._robot, self._body, self._tcp = env.simulation, env.robot, body, tool.tcp

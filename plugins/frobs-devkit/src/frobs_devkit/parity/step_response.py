@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
+from frobs_cli.formats import percent
 from frobs_core.contracts import CommandMode
 from frobs_core.models import composite_inertia
 from frobs_core.util.arrays import Floats
@@ -20,9 +22,8 @@ from frobs_devkit.parity.motion import (
     start_positions,
     worst_joint,
 )
-from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip, worst
-from frobs_devkit.parity.tolerances import TOLERANCES
-from frobs_devkit.parity.under_test import Subject, follows_exactly
+from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, error_panel, worst
+from frobs_devkit.parity.under_test import Subject, follows_exactly, pairs_of, tolerance_line
 
 DURATION = 2.0
 """Duration for which each response is compared [s]."""
@@ -31,10 +32,8 @@ SATURATED_SHARE = 0.2
 """Minimum fraction of samples at which a joint must be at its effort limit, in the response with effort limits."""
 
 _MOST_SATURATED = 0.8  # maximum fraction of saturated samples, so that each drive is also tested without saturation
-_STEP = {
-    CommandMode.POSITION: 0.2,
-    CommandMode.VELOCITY: 1.0,
-}  # step size [rad or m] and [rad/s or m/s]; smaller near limits
+# step size [rad or m] and [rad/s or m/s]; smaller near limits
+_STEP = {CommandMode.POSITION: 0.2, CommandMode.VELOCITY: 1.0}
 _LEAVING = 2  # number of physics steps by which an approximate drive may leave saturation too early or too late
 _JUMPS = 4  # number of alternating steps in the response with effort limits
 _LONGEST_RISE, _SHORTEST_RISE = 0.3, 0.05  # [s] range of rise times of a joint at its effort limit
@@ -50,7 +49,7 @@ def step_response(subjects: Sequence[Subject]) -> Measurement:
         summary="Each joint in turn receives a step command away from the home position, while the commands of the "
         f"other joints stay constant. The motions are compared at every physics step for {DURATION:g} s, without "
         "effort limits or collisions.",
-        comparisons=tuple(_judge(reference, subjects[1:], commands, motions)),
+        comparisons=tuple(_judge(subjects, commands, motions)),
         facts={"jumps": _list(reference, np.diag(commands[:, 0]))},
         panels=_panels(subjects, commands, motions, None),
     )
@@ -71,8 +70,7 @@ def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
             f"no effort limits were found that saturate every drive in at least {100 * SATURATED_SHARE:.0f} % of the "
             "samples and keep every joint within its position limits"
         )
-        skipped = tuple(skip(subject.label, reference.label, reason) for subject in subjects[1:])
-        return Measurement(summary=summary, comparisons=skipped)
+        return Measurement(summary=summary, comparisons=tuple(pair.skip(reason) for pair in pairs_of(subjects)))
     limits, first = chosen
     motions = [first, *(_record(subject, commands, limits, reference.physics_timestep) for subject in subjects[1:])]
     shares = {subject.label: _saturated(motion, limits) for subject, motion in zip(subjects, motions, strict=True)}
@@ -87,7 +85,7 @@ def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
         )
     return Measurement(
         summary=summary,
-        comparisons=tuple(_judge(reference, subjects[1:], commands, motions, own)),
+        comparisons=tuple(_judge(subjects, commands, motions, own)),
         facts={
             "effort limits": _list(reference, limits),
             **facts,
@@ -181,36 +179,24 @@ def _saturated(motions: Sequence[Motion], limits: Floats) -> Floats:
 
 
 def _judge(
-    reference: Subject,
-    others: Sequence[Subject],
-    commands: Floats,
-    motions: Sequence[Sequence[Motion]],
-    own: Floats | None = None,
+    subjects: Sequence[Subject], commands: Floats, motions: Sequence[Sequence[Motion]], own: Floats | None = None
 ) -> Iterator[Comparison]:
     """Yield the worst comparisons of joint positions and of drive efforts for every simulator except the reference."""
-    names, jumps = reference.placement.model.joint_names, np.abs(np.diag(commands[:, 0]))
-    for other, motion in zip(others, motions[1:], strict=True):
-        exact = follows_exactly(reference, other)
+    names, unit = subjects[0].placement.model.joint_names, subjects[0].joint_unit
+    jumps, least = np.abs(np.diag(commands[:, 0])), np.zeros(len(names)) if own is None else own
+    for pair, motion in zip(pairs_of(subjects), motions[1:], strict=True):
+        samples = 0 if follows_exactly(pair.reference, pair.other) else _LEAVING
         errors = differences(motions[0], motion)  # (runs, samples, dof)
         positions, efforts = [], []
         for j, (name, jump) in enumerate(zip(names, jumps, strict=True)):
-            place = f"jump of {name}; {worst_joint(errors[j], names, motion[j].times)}"
-            positions.append(
-                judge(
-                    "step_response", "joint positions", other.label, reference.label, errors[j], exact=exact,
-                    scale=float(jump), least=0.0 if own is None else float(own[j]), where=place,
-                    unit=reference.joint_unit,
-                )
-            )  # fmt: skip
+            where = f"jump of {name}; {worst_joint(errors[j], names, motion[j].times)}"
+            options: dict[str, Any] = {"scale": float(jump), "least": float(least[j]), "where": where, "unit": unit}
+            positions.append(pair.judge("step_response", "joint positions", errors[j], **options))
             expected = motions[0][j].efforts[:, j]
-            off = apart(motion[j].efforts[:, j], expected, 0 if exact else _LEAVING)
+            off = apart(motion[j].efforts[:, j], expected, samples)
             off /= max(float(np.abs(expected).max()), 1e-12)
-            efforts.append(
-                judge(
-                    "drive_effort", "drive efforts", other.label, reference.label, off, exact=exact,
-                    where=f"jump of {name}; {worst_joint(off[:, None], [name], motion[j].times)}",
-                )
-            )  # fmt: skip
+            where = f"jump of {name}; {worst_joint(off[:, None], [name], motion[j].times)}"
+            efforts.append(pair.judge("drive_effort", "drive efforts", off, where=where))
         yield worst(positions)
         yield worst(efforts)
 
@@ -223,11 +209,9 @@ def _panels(
     for i, (subject, runs) in enumerate(zip(subjects, motions, strict=True)):
         for j, (name, motion) in enumerate(zip(names, runs, strict=True)):
             jump = commands[j, 0, j]
-            way = (
-                motion.velocities[:, j]
-                if mode is CommandMode.VELOCITY
-                else motion.positions[:, j] - start_positions(subject)[j]
-            )
+            way = motion.positions[:, j] - start_positions(subject)[j]
+            if mode is CommandMode.VELOCITY:
+                way = motion.velocities[:, j]
             moved.append(Line(name, motion.times, way / jump, j, i))
             if limits is not None:
                 effort.append(_saturations(name, motion, limits, j, i))
@@ -239,17 +223,8 @@ def _panels(
         panels.append(
             Panel(title="Times at which each drive is saturated", x_label="s", rows=tuple(names), lines=tuple(effort))
         )
-    panels.append(
-        Panel(
-            title="Largest difference of any joint",
-            x_label="s",
-            y_label=unit,
-            lines=tuple(off),
-            tolerance=TOLERANCES["step_response"].exact if follows_exactly(*subjects) else None,
-            log=True,
-        )
-    )
-    return tuple(panels)
+    tolerance = tolerance_line("step_response", subjects)
+    return (*panels, error_panel("Largest difference of any joint", off, unit, tolerance))
 
 
 def _saturations(name: str, motion: Motion, limits: Floats, joint: int, simulator: int) -> Line:
@@ -264,7 +239,6 @@ def _list(subject: Subject, values: Floats) -> str:
 
 
 def _percent(subject: Subject, shares: Floats) -> str:
-    each = ", ".join(
-        f"{name} {100.0 * share:.0f} %" for name, share in zip(subject.placement.model.joint_names, shares, strict=True)
-    )
-    return f"{100.0 * shares.mean():.0f} % ({each})"
+    names = subject.placement.model.joint_names
+    each = ", ".join(f"{name} {percent(share, 0)}" for name, share in zip(names, shares, strict=True))
+    return f"{percent(shares.mean(), 0)} ({each})"

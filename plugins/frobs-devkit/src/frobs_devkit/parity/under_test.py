@@ -21,6 +21,9 @@ from frobs_core.plugins.records import ControllerRecord, Level, SimulatorRecord,
 from frobs_core.plugins.registry import find_spec
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import CapabilityError, ConfigurationError, UnknownNameError, UnsuitableRobotError
+from frobs_devkit.parity.result import Comparison, judge, skip
+from frobs_devkit.parity.tolerances import TOLERANCES
+from frobs_devkit.simulations import simulate
 from frobs_train import make_env
 
 
@@ -72,20 +75,18 @@ class Subject:
         """Build and reset a simulation of one robot in a custom scene.
 
         The simulation is closed after the ``with`` block.
+
+        Args:
+            placement: Placement of the robot.
+            bodies: Bodies of the scene, by name.
+            floor: Whether the scene has a floor.
+            floor_friction: Friction coefficient of the floor.
         """
-        scene = Scene(
-            floor=floor,
-            floor_friction=floor_friction,
-            gravity=self.gravity,
-            bodies=bodies or {},
-            robot_pose=placement.pose,
-        )
-        made: Simulation = self.record.load()(
-            {"robot": placement}, scene, num_envs=1, physics_timestep=self.physics_timestep, num_threads=1
-        )
-        with closing(made) as simulation:
-            simulation.reset()
-            yield simulation, simulation.robots["robot"]
+        surroundings: dict[str, Any] = {"floor": floor, "floor_friction": floor_friction, "bodies": bodies or {}}
+        scene = Scene(gravity=self.gravity, robot_pose=placement.pose, **surroundings)
+        timestep = self.physics_timestep
+        with simulate(self.record, placement, scene, physics_timestep=timestep, num_threads=1) as built:
+            yield built
 
     @contextmanager
     def make(self) -> Iterator[RobotEnv]:
@@ -119,8 +120,35 @@ class Subject:
         return replace(self.placement, robot=robot, model=model)
 
     def driven(self, mode: CommandMode, effort_limits: Sequence[float] | Floats | None = None) -> Placement:
-        """Return the placement of a freely moving robot, with drives in the given command mode."""
+        """Return :meth:`alone` for ``effort_limits`` (dof,) [N·m or N], with drives in the given command mode."""
         return replace(self.alone(effort_limits), command_mode=mode)
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A simulator, and the reference with which it is compared."""
+
+    reference: Subject
+    other: Subject
+
+    def judge(
+        self, tolerance_name: str, quantity: str, errors: Floats | float, *, exact: bool | None = None, **options: Any
+    ) -> Comparison:
+        """Compare the largest error with its tolerance, see :func:`~frobs_devkit.parity.result.judge`.
+
+        By default, the exact tolerance applies if both simulators follow the drive law exactly.
+        """
+        exact = follows_exactly(self.reference, self.other) if exact is None else exact
+        return judge(tolerance_name, quantity, self.other.label, self.reference.label, errors, exact=exact, **options)
+
+    def skip(self, reason: str, quantity: str = "") -> Comparison:
+        """Return a skipped comparison with the given reason."""
+        return skip(self.other.label, self.reference.label, reason, quantity)
+
+
+def pairs_of(subjects: Sequence[Subject]) -> list[Pair]:
+    """Return each simulator except the first one, paired with the first one as the reference."""
+    return [Pair(subjects[0], other) for other in subjects[1:]]
 
 
 def make_subjects(environment: str, simulators: Sequence[str], keywords: Mapping[str, Any]) -> list[Subject]:
@@ -208,6 +236,11 @@ def _lacks(name: str, record: SimulatorRecord, names: Mapping[str, Any], task: T
     except CapabilityError as error:
         return "; ".join(f"{who} needs '{what}' {needed}" for who, what, needed, _ in error.missing)
     return ""
+
+
+def tolerance_line(tolerance_name: str, subjects: Sequence[Subject]) -> float | None:
+    """Return the tolerance to draw: the exact tolerance, if all simulators follow the drive law exactly, or None."""
+    return TOLERANCES[tolerance_name].exact if follows_exactly(*subjects) else None
 
 
 def follows_exactly(*subjects: Subject) -> bool:

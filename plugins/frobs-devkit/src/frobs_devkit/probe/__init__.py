@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import IO, Any
@@ -81,9 +81,8 @@ def probe(candidate: Candidate, seconds: float = 30.0) -> Probe:
         where = hangs.read_text() if hangs.exists() else ""
         if where or code is None:
             cause = f"the import did not finish within {seconds:g} s"
-            return Probe(
-                state="hanging", cause=cause, traceback=where, import_seconds=seconds, stdout=out_text, stderr=err_text
-            )
+            hanging = Probe(state="hanging", cause=cause, traceback=where, import_seconds=seconds)
+            return replace(hanging, stdout=out_text, stderr=err_text)
         died = f"by signal {signal.Signals(-code).name}" if code < 0 else f"with exit code {code}"
         cause = f"the import ended the process {died}"
         return Probe(state="crashed", cause=cause, traceback=err_text, stdout=out_text, stderr=err_text)
@@ -92,11 +91,7 @@ def probe(candidate: Candidate, seconds: float = 30.0) -> Probe:
 def _run(candidate: Candidate, findings: Path, seconds: float, out: IO[bytes], err: IO[bytes]) -> int | None:
     """Run the child process and return its exit code, or None if the process had to be killed."""
     command = [sys.executable, "-m", "frobs_devkit.probe.child"]
-    environment = {
-        **os.environ,
-        "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
-        NO_PLUGINS: "1",
-    }
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path), NO_PLUGINS: "1"}
     child = subprocess.Popen(
         [*command, candidate.value, candidate.key, str(findings), str(seconds)],
         stdin=subprocess.DEVNULL,
@@ -115,24 +110,13 @@ def _run(candidate: Candidate, findings: Path, seconds: float, out: IO[bytes], e
         child.wait()
 
 
-def _probe(found: Mapping[str, Any], stdout: str, stderr: str) -> Probe:
-    changed = list(found["changed"])
-    if found["torch_threads"] and found["torch_threads"] != _usual_torch_threads():
-        changed.append("torch threads")
-    return Probe(
-        state=found["state"],
-        cause=found["cause"],
-        traceback=found["traceback"],
-        import_seconds=found["import_seconds"],
-        records={kind: tuple(names) for kind, names in found.get("records", {}).items()},
-        environment_ids=tuple(found.get("environment_ids", ())),
-        changed=tuple(changed),
-        modules=tuple(found["modules"]),
-        warnings=tuple(found["warnings"]),
-        missing_module=found.get("missing_module", ""),
-        stdout=stdout,
-        stderr=stderr,
-    )
+def _probe(found: dict[str, Any], stdout: str, stderr: str) -> Probe:
+    threads = found.pop("torch_threads")
+    if threads and threads != _usual_torch_threads():
+        found["changed"].append("torch threads")
+    records = {kind: tuple(names) for kind, names in found.pop("records", {}).items()}
+    facts: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in found.items()}
+    return Probe(**facts, records=records, stdout=stdout, stderr=stderr)
 
 
 @lru_cache(maxsize=1)

@@ -25,11 +25,7 @@ import numpy as np
 
 from frobs_core.plugins import environment_ids, import_plugin, read_records
 
-_ACTS = {
-    "os.chdir": "working directory",
-    "os.putenv": "environment",
-    "os.unsetenv": "environment",
-}
+_ACTS = {"os.chdir": "working directory", "os.putenv": "environment", "os.unsetenv": "environment"}
 _OPENS = {"socket.connect": "the network", "subprocess.Popen": "another program", "os.system": "another program"}
 
 

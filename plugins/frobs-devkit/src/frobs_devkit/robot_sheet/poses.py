@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from frobs_core.models import Joint, JointType, RobotModel, home_positions
 from frobs_core.util.arrays import Floats
 
@@ -57,10 +59,6 @@ def choose_shots(model: RobotModel, home: Mapping[str, float], most: int) -> Sho
         model: Model of the robot.
         home: Home position of each joint, by joint name [rad or m].
         most: Maximum number of joints that are shown individually.
-
-    Raises:
-        UnknownNameError: ``home`` contains a name that does not belong to an actuated joint.
-        ConfigurationError: ``home`` is outside the joint limits.
     """
     rest = home_positions(model, home)
     joints = model.actuated_joints
@@ -71,16 +69,13 @@ def choose_shots(model: RobotModel, home: Mapping[str, float], most: int) -> Sho
             poses.append(Shot(title, "", rest * 0.0 + ends))
     pairs = []
     parents = {joint.parent for joint in model.joints}
-    tells = [
-        i for i, joint in enumerate(joints) if joint.child in parents or not _free(joint)
-    ]  # a wheel looks the same at every position
-    for i in tells[:most]:
-        joint = joints[i]
-        low, high = (_with(rest, i, end) for end in _ends(joint))
+    # a wheel looks the same at every position
+    shown = [(i, joint) for i, joint in enumerate(joints) if joint.child in parents or not _free(joint)]
+    for i, joint in shown[:most]:
+        low, high = (np.where(np.arange(len(rest)) == i, end, rest) for end in _ends(joint))
         free = ", turns freely" if _free(joint) else ""
-        pairs.append(
-            (Shot(joint.name, f"{_text(joint, low[i])}{free}", low), Shot(joint.name, _text(joint, high[i]), high))
-        )
+        first, second = f"{_text(joint, low[i])}{free}", _text(joint, high[i])
+        pairs.append((Shot(joint.name, first, low), Shot(joint.name, second, high)))
     return Shots(tuple(poses), tuple(pairs), len(joints) - len(pairs))
 
 
@@ -93,12 +88,6 @@ def _ends(joint: Joint) -> tuple[float, float]:
     far = _SLIDE if joint.type is JointType.PRISMATIC else _QUARTER
     low, high = joint.limits.lower, joint.limits.upper
     return low if math.isfinite(low) else -far, high if math.isfinite(high) else far
-
-
-def _with(positions: Floats, index: int, value: float) -> Floats:
-    changed = positions.copy()
-    changed[index] = value
-    return changed
 
 
 def _text(joint: Joint, position: float) -> str:

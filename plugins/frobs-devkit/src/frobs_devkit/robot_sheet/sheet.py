@@ -51,19 +51,15 @@ def draw_robot_sheet(robot: Robot, model: RobotModel, path: Path | str, simulato
         ModelFileError: The simulator cannot build the robot.
     """
     target = Path(path)
-    if target.suffix.lower() != ".png":
-        raise ParameterValueError("picture", str(target), "a file name that ends in .png")
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise MissingDependencyError("a picture", ["matplotlib"], "pip install 'frobs-train[plots]'") from error
+    figure_class, canvas_class = png_classes("picture", target)
     shots = choose_shots(model, robot.home, _JOINTS)
     stage = Stage(robot, model, shots.all, simulator)
     layout = _Layout(stage, shots)
     (first, *_), *others = stage.draw(layout.groups)
     sheet = _Sheet(
-        Figure(figsize=(WIDTH / _DPI, layout.height / _DPI), dpi=_DPI, facecolor=_PAPER), FigureCanvasAgg, layout.height
+        figure_class(figsize=(WIDTH / _DPI, layout.height / _DPI), dpi=_DPI, facecolor=_PAPER),
+        canvas_class,
+        layout.height,
     )
     sheet.headline(model, shots.left_out)
     top = _HEAD + _TITLE
@@ -76,6 +72,27 @@ def draw_robot_sheet(robot: Robot, model: RobotModel, path: Path | str, simulato
     target.parent.mkdir(parents=True, exist_ok=True)
     write_aside(target, lambda aside: sheet.figure.savefig(aside, format="png", dpi=_DPI))
     return target
+
+
+def png_classes(option: str, target: Path) -> tuple[type[Figure], type[Any]]:
+    """Return matplotlib's classes of figures and of canvases for a PNG file.
+
+    Args:
+        option: Name of the option that names the file, for errors.
+        target: The file.
+
+    Raises:
+        ParameterValueError: The file name does not end in ``.png``.
+        MissingDependencyError: matplotlib is not installed.
+    """
+    if target.suffix.lower() != ".png":
+        raise ParameterValueError(option, str(target), "a file name that ends in .png")
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise MissingDependencyError("a picture", ["matplotlib"], "pip install 'frobs-train[plots]'") from error
+    return Figure, FigureCanvasAgg
 
 
 class _Layout:
@@ -130,7 +147,6 @@ class _Sheet:
         return self.figure.text(x / WIDTH, 1.0 - y / self.height, text, fontsize=size, parse_math=False, **style)
 
     def line(self, points: Sequence[Sequence[float]], color: str, width: float, **style: Any) -> None:
-        """Draw a line through points (x, y)."""
         from matplotlib.lines import Line2D
         from matplotlib.transforms import IdentityTransform
 
@@ -164,7 +180,6 @@ class _Sheet:
         self.axes(tile, x, y)
 
     def axes(self, tile: Tile, x: int, y: int) -> None:
-        """Draw the axes of the tool frame."""
         origin, *ends = tile.tool + np.array([x, y])
         for end, color in zip(ends, _AXES, strict=True):
             self.line([origin, end], _PAPER, 4.0, alpha=0.75, solid_capstyle="round")

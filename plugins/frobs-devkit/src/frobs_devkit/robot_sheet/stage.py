@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,6 +11,7 @@ import numpy as np
 from frobs_core import plugins
 from frobs_core.contracts import CommandMode, Simulation
 from frobs_core.description import Body, Placement, Robot, Scene
+from frobs_core.kernel.robot_config import find_record
 from frobs_core.models import Cylinder, JointType, Pose, RobotModel, default_tcp
 from frobs_core.plugins.records import Level, SimulatorRecord
 from frobs_core.util.arrays import Floats
@@ -19,10 +19,10 @@ from frobs_core.util.errors import MissingDependencyError
 from frobs_core.util.rotations import matrix_from_quat
 from frobs_devkit.robot_sheet.framing import View, frame
 from frobs_devkit.robot_sheet.poses import Shot
+from frobs_devkit.simulations import simulate
 from frobs_models import drawn_points
 
 _FINER = 2  # supersampling factor
-_TIMESTEP = 0.002  # [s] irrelevant, because no steps are simulated
 _NEAR = 0.02  # [m] if the root is closer to the floor than this, the robot needs no pedestal
 _AXIS = 0.1  # length of the tool frame's axes, relative to the robot's size
 _STONE = (0.42, 0.44, 0.48, 1.0)
@@ -53,10 +53,6 @@ class Stage:
         model: The parsed model file.
         shots: All shots to render.
         simulator: Name of the simulator to render with. Defaults to the first simulator that can render.
-
-    Raises:
-        ConfigurationError: No installed simulator can render.
-        ModelFileError: The simulator cannot build the robot.
     """
 
     def __init__(self, robot: Robot, model: RobotModel, shots: Sequence[Shot], simulator: str | None) -> None:
@@ -86,18 +82,12 @@ class Stage:
         return frame(np.concatenate([self._clouds[id(shot)] for shot in shots]), size, fill)
 
     def draw(self, groups: Sequence[tuple[Sequence[Shot], View]]) -> list[list[Tile]]:
-        """Render groups of shots, each group with its own view.
-
-        Raises:
-            RenderingUnavailableError: This machine cannot render.
-        """
+        """Render groups of shots, each group with its own view."""
         placement = Placement(robot=self._robot, model=self.model, command_mode=CommandMode.POSITION)
         bodies = {"ground": self._ground, **({} if self._pedestal is None else {"pedestal": self._pedestal})}
         cameras = {f"view_{i}": view.camera for i, (_, view) in enumerate(groups)}
         scene = Scene(bodies=bodies, cameras=cameras, gravity=(0.0, 0.0, 0.0))
-        cls: type[Simulation] = self._record.load()
-        with closing(cls({"robot": placement}, scene, num_envs=1, physics_timestep=_TIMESTEP)) as simulation:
-            simulation.reset()
+        with simulate(self._record, placement, scene) as (simulation, _):
             return [
                 [self._draw(simulation, shot, view, f"view_{i}") for shot in shots]
                 for i, (shots, view) in enumerate(groups)
@@ -125,18 +115,15 @@ class Stage:
 
 def _choose(name: str | None) -> SimulatorRecord:
     if name is not None:
-        record = plugins.get_record("simulator", name)
-        assert isinstance(record, SimulatorRecord)
-        return record
+        return find_record(SimulatorRecord, name)
     for record in plugins.records("simulator").values():
         assert isinstance(record, SimulatorRecord)
-        if record.capabilities.get("cameras", Level.UNSUPPORTED) > Level.UNSUPPORTED:
+        if not record.is_paced and record.capabilities.get("cameras", Level.UNSUPPORTED) > Level.UNSUPPORTED:
             return record
     raise MissingDependencyError("a picture", ["a simulator"], "pip install frobs-sim-mujoco")
 
 
 def _foot(model: RobotModel) -> list[str]:
-    """Return the root link and all links that are fixed to it."""
     fixed = [model.root]
     for joint in model.joints:  # a single pass, which misses joints that are listed before their parent joints
         if joint.type is JointType.FIXED and joint.parent in fixed and joint.child not in fixed:
@@ -146,9 +133,8 @@ def _foot(model: RobotModel) -> list[str]:
 
 def _ground(reach: float) -> Body:
     """Return an invisible plate under the floor. Its size determines the area in which the engine draws shadows."""
-    return Body(
-        geometry=Cylinder(radius=2.5 * reach + 0.1, length=0.01), pose=Pose(pos=(0.0, 0.0, -0.05)), collides=False
-    )
+    plate = Cylinder(radius=2.5 * reach + 0.1, length=0.01)
+    return Body(geometry=plate, pose=Pose(pos=(0.0, 0.0, -0.05)), collides=False)
 
 
 def _pedestal(foot: Floats, height: float) -> Body | None:
@@ -158,9 +144,5 @@ def _pedestal(foot: Floats, height: float) -> Body | None:
     low, high = foot[:, :2].min(axis=0), foot[:, :2].max(axis=0)
     x, y = ((low + high) / 2.0).tolist()
     radius = max(0.03, 0.6 * float((high - low).max()))
-    return Body(
-        geometry=Cylinder(radius=radius, length=height),
-        pose=Pose(pos=(x, y, height / 2.0)),
-        collides=False,
-        rgba=_STONE,
-    )
+    column = Cylinder(radius=radius, length=height)
+    return Body(geometry=column, pose=Pose(pos=(x, y, height / 2.0)), collides=False, rgba=_STONE)

@@ -17,28 +17,13 @@ CHOICES: Mapping[str, tuple[str, ...]] = {
 }
 """Valid answers to each multiple-choice question. The first answer is the default."""
 
-QUESTIONS = (
-    "what",
-    "example",
-    "paced",
-    "name",
-    "robot_file",
-    "tcp",
-    "xacro_args",
-    "package_paths",
-    "failing_checks",
-    "robot",
-    "namespace",
-    "author",
-    "license",
-    "ci",
-)
-"""All questions, in the order in which they are asked."""
-
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 _NAMESPACE = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
 _LONGEST = 40
 _FILE_QUESTIONS = ("robot_file", "tcp", "xacro_args", "package_paths", "failing_checks")
+
+QUESTIONS = ("what", "example", "paced", "name", *_FILE_QUESTIONS, "robot", "namespace", "author", "license", "ci")
+"""All questions, in the order in which they are asked."""
 
 
 def asked(answers: Mapping[str, str]) -> tuple[str, ...]:
@@ -71,11 +56,10 @@ def find_problem(answers: Mapping[str, str]) -> str:
     questions = asked(answers)
     if answers.get("what") == "task" and answers.get("example") == "file":
         return "a task alone cannot use a robot from a file; choose 'pair', 'both' or 'robot' instead."
-    for question in questions:
-        if question in answers:
-            problem = _PROBLEMS[question](answers[question]) if question in _PROBLEMS else ""
-            if problem:
-                return problem
+    for question, problem_of in _PROBLEMS.items():
+        problem = problem_of(answers[question]) if question in questions and question in answers else ""
+        if problem:
+            return problem
     if "robot_file" in questions and "robot_file" in answers and not answers["robot_file"].strip():
         return "robot_file is empty; enter the path of your robot's model file."
     if "robot" in questions and "robot" in answers and not answers["robot"].strip():

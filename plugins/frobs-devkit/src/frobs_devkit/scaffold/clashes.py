@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 
@@ -26,16 +27,13 @@ def check_clashes(context: Mapping[str, str]) -> None:
         UnknownNameError: The robot of a new task is not installed.
     """
     for distribution in context["__distributions"].split():
-        try:
-            installed = version(distribution)
-        except PackageNotFoundError:
-            pass
-        else:
-            raise NameTakenError("distribution", distribution, f"version {installed} is installed")
+        with suppress(PackageNotFoundError):
+            raise NameTakenError("distribution", distribution, f"version {version(distribution)} is installed")
         package = distribution.replace("-", "_")
         if find_spec(package) is not None:
             raise NameTakenError("Python package", package, "it can be imported")
-    for kind, name in _names(context):
+    for kind in context["__kinds"].split():
+        name = context["__task"] if kind == "task" else context["name"]
         offered = [known for known in plugins.records(kind) if known.rpartition(":")[2] == name]
         if offered:
             report = plugins.get_report(kind, offered[0])
@@ -47,20 +45,13 @@ def check_clashes(context: Mapping[str, str]) -> None:
         _check_robot(context["robot"], context["example"])
 
 
-def _names(context: Mapping[str, str]) -> Iterator[tuple[str, str]]:
-    for kind in context["__kinds"].split():
-        yield kind, context["__task"] if kind == "task" else context["name"]
-
-
 def _check_robot(name: str, example: str) -> None:
     robot: Robot = plugins.get_record("robot", name).load()
     if example == "wheeled" and robot.differential_drive is None:
         wheeled = [known for known, record in plugins.records("robot").items() if record.load().differential_drive]
-        there = (
-            f"installed wheeled robots: {', '.join(wheeled)}"
-            if wheeled
-            else "no wheeled robot is installed; create one with the type 'pair'"
-        )
+        there = "no wheeled robot is installed; create one with the type 'pair'"
+        if wheeled:
+            there = f"installed wheeled robots: {', '.join(wheeled)}"
         raise UnsuitableRobotError(name, f"has no differential drive, so it cannot drive to a goal; {there}.")
     if example == "arm" and robot.base == "wheeled":
         raise UnsuitableRobotError(name, "is a wheeled robot; create its task with the example 'wheeled'.")

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import os
+import runpy
 import shutil
 import tempfile
 from collections.abc import Mapping
@@ -61,10 +61,10 @@ def resolve(given: Mapping[str, str]) -> dict[str, Any]:
 
 
 def fill_in(given: Mapping[str, str]) -> dict[str, Any]:
-    """Return the answers with all default and derived values, without validating them."""
+    """Return the ``given`` answers with all default and derived values, without validating them."""
     context: dict[str, Any] = {}
     environment = _environment()
-    for key, default in _questions().items():
+    for key, default in _description().items():
         if key.startswith("_") and not key.startswith("__"):
             context[key] = default
         elif key in given:
@@ -132,23 +132,10 @@ def _description() -> dict[str, Any]:
     return content
 
 
-def _questions() -> dict[str, Any]:
-    return {key: value for key, value in _description().items() if key != "__prompts__"}
-
-
 def _environment() -> Any:
     """Create a Jinja environment with the options in ``cookiecutter.json``, as cookiecutter does."""
     from jinja2 import Environment, StrictUndefined
 
-    options = _questions()["_jinja2_env_vars"]
-    return Environment(undefined=StrictUndefined, keep_trailing_newline=True, extensions=[_extension()], **options)
-
-
-def _extension() -> Any:
-    file = template_folder() / "frobs_templates.py"
-    spec = importlib.util.spec_from_file_location("frobs_templates", file)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.Templates
+    options = _description()["_jinja2_env_vars"]
+    extension = runpy.run_path(str(template_folder() / "frobs_templates.py"))["Templates"]
+    return Environment(undefined=StrictUndefined, keep_trailing_newline=True, extensions=[extension], **options)

@@ -8,7 +8,7 @@ import re
 import shutil
 import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,14 +16,15 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from frobs_core.description import Robot
-from frobs_core.models import Joint, RobotModel, default_tcp, home_positions, load_model
+from frobs_core.description import DriveGains, Robot
+from frobs_core.models import Joint, RobotModel, default_tcp, find_reader, home_positions
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import UnknownNameError
 from frobs_core.util.random import RandomSource
 from frobs_devkit.scaffold.errors import AnswerError
 
 if TYPE_CHECKING:
+    from frobs_devkit.doctor import RobotReport
     from frobs_devkit.testing import Report
 
 _CLEARANCE = 0.05  # [m], minimum height of the joints and the tool above the floor in the home position
@@ -44,6 +45,7 @@ class RobotFacts:
         summary: One-line summary for lists of robots.
         tcp: Link of the tool center point.
         home: Home position [rad or m] by joint name. Empty if the model's default home position is used.
+        robot: Description of the robot, with the gripper that was found in the model file, if any.
         joints: One line of text for each actuated joint.
         expected_failures: Reasons for the expected failures of conformance checks, by check name.
         report: Markdown text with the doctor's warnings and the location of the model file's license.
@@ -55,6 +57,7 @@ class RobotFacts:
     summary: str
     tcp: str
     home: Mapping[str, float]
+    robot: Robot
     joints: tuple[str, ...]
     expected_failures: Mapping[str, str]
     report: str
@@ -110,16 +113,27 @@ def facts_of(
     for finding in facts.findings:
         if finding.severity is Severity.ERROR:
             raise AnswerError(f"{robot_file}: {finding.about}: {finding.problem}; {finding.advice}.")
-    model = load_model(robot_file, xacro_args=args, package_paths=paths)
+    described = _describe_gripper(
+        Robot(
+            model=robot_file,
+            name=name,
+            tcp=tcp or None,
+            xacro_args=args,
+            package_paths={key: str(folder) for key, folder in paths.items()},
+        ),
+        facts,
+    )
+    model = described.read_model()
     links = [link.name for link in model.links]
     if tcp and tcp not in links:
         raise UnknownNameError(f"link of '{model.name}'", tcp, links)
-    tool = tcp or default_tcp(model)
-    home = _home(model, tool) if model.joint_names else {}
+    tool = described.tcp or default_tcp(model)
+    home = {**described.home, **(_home(model, tool) if model.joint_names else {})}
     model_name = f"{name}.xml" if model.format == "mjcf" else f"{name}.urdf"
     with tempfile.TemporaryDirectory() as folder:
         copy_model(model, Path(folder) / model_name)
-        checks = _check(Robot(model=str(Path(folder) / model_name), name=name, home=home, tcp=tool))
+        local: dict[str, Any] = {"model": str(Path(folder) / model_name), "xacro_args": {}, "package_paths": {}}
+        checks = _check(replace(described, name=name, home=home, tcp=tool, **local))
     failures = {result.name: result.message for result in checks.failed}
     is_fatal = not failures.keys().isdisjoint(_FATAL)
     if is_fatal or (failures and failing_checks == "reject"):
@@ -131,6 +145,11 @@ def facts_of(
         )
     warnings = [f"- {f.about}: {f.problem}; {f.advice}" for f in facts.findings if f.severity is Severity.WARNING]
     report = f"Taken from `{Path(robot_file).name}`: {facts.dof} joints, {facts.mass:.3g} kg, tool `{tool}`."
+    if facts.gripper is not None:
+        report += (
+            f" FRobs found the gripper, replaced the collision shapes of its fingers by convex parts, and added the link "
+            f"`{tool}` between its pads."
+        )
     if warnings:
         report += " Findings of `frobs doctor robot`:\n\n" + "\n".join(warnings)
     source, license = find_license(Path(robot_file))
@@ -141,11 +160,25 @@ def facts_of(
         summary=f"{facts.dof} joints, from {Path(robot_file).name}".replace('"', "'").replace("\\", "/"),
         tcp=tool,
         home=home,
+        robot=described,
         joints=tuple(map(_describe, model.actuated_joints)),
         expected_failures={name: _shortened(message) for name, message in failures.items()},
         report=report,
         license=license,
     )
+
+
+def _describe_gripper(robot: Robot, facts: RobotReport) -> Robot:
+    """Return a robot with the gripper that the doctor found. Joints, gains and sizes are rounded for the source code."""
+    if facts.gripper is None or facts.file_format != "urdf":
+        return robot
+    found: Robot = find_reader(robot.model).with_gripper(robot, facts.gripper.statement())
+    assert found.gains is not None
+    gains = {
+        name: {joint: float(f"{value:.6g}") for joint, value in getattr(found.gains, name).items()}
+        for name in ("stiffness", "damping")
+    }
+    return replace(found, gains=DriveGains(**gains), armature={k: float(f"{v:.6g}") for k, v in found.armature.items()})
 
 
 def find_license(file: Path) -> tuple[str, str]:
@@ -157,34 +190,27 @@ def find_license(file: Path) -> tuple[str, str]:
     """
     declared = ""
     for folder in list(file.resolve().parents)[:_LICENSE_FOLDERS]:
-        licenses = sorted(path for pattern in _LICENSES for path in folder.glob(pattern) if path.is_file())
-        if licenses:
-            return (
-                f"The license of the model and its meshes is in `MODEL_LICENSE`, a copy of `{licenses[0].name}`.",
-                licenses[0].read_text("utf-8", errors="replace"),
-            )
+        files = sorted(path for pattern in _LICENSES for path in folder.glob(pattern) if path.is_file())
+        if files:
+            source = f"The license of the model and its meshes is in `MODEL_LICENSE`, a copy of `{files[0].name}`."
+            return source, files[0].read_text("utf-8", errors="replace")
         manifest = folder / "package.xml"
         if not declared and manifest.is_file():
-            declared = ", ".join(
-                re.findall(r"<license\b[^>]*>([^<]*)</license>", manifest.read_text("utf-8", "replace"))
-            )
+            licenses = re.findall(r"<license\b[^>]*>([^<]*)</license>", manifest.read_text("utf-8", "replace"))
+            declared = ", ".join(licenses)
         if (folder / ".git").exists():
             break
     if declared:
-        text = f"The ROS package of the model declares the license {declared}. Replace this file with the text of that license."
         return (
             f"The ROS package declares the license {declared}. Put the text of that license into `MODEL_LICENSE`.",
-            f"{text}\n",
+            f"The ROS package of the model declares the license {declared}. Replace this file with the text of that "
+            "license.\n",
         )
-    text = (
-        "No license was found for the model file. Ask the authors of the model and its meshes for their license, "
-        "and replace\n"
-        "this file with its text before you distribute the package.\n"
-    )
     return (
         "**No license was found**: ask the authors for their license, and put it into `MODEL_LICENSE` before you "
         "distribute the package.",
-        text,
+        "No license was found for the model file. Ask the authors of the model and its meshes for their license, and "
+        "replace\nthis file with its text before you distribute the package.\n",
     )
 
 
@@ -247,8 +273,8 @@ def _home(model: RobotModel, tool: str) -> dict[str, float]:
     default = home_positions(model, {})
     if _height(model, tool, default[None])[0] > _CLEARANCE:
         return {}
-    low = np.array([max(joint.limits.lower, -math.pi) for joint in model.actuated_joints])
-    high = np.array([min(joint.limits.upper, math.pi) for joint in model.actuated_joints])
+    limits = np.array([(joint.limits.lower, joint.limits.upper) for joint in model.actuated_joints])
+    low, high = limits.clip(-math.pi, math.pi).T
     postures = RandomSource(1).uniform("home", low, high, (_POSTURES, len(low)))[0]
     # Scale the samples so that later samples tend to be farther from the default position.
     postures = default + np.linspace(0.0, 1.0, _POSTURES)[:, None] * (postures - default)

@@ -8,7 +8,8 @@ import platform
 import subprocess
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
@@ -18,7 +19,7 @@ import numpy as np
 
 from frobs_core.util.errors import ConfigurationError
 from frobs_core.util.plain import to_json
-from frobs_devkit.scaling.results import CLUSTER, LearnerCosts, ScalingPoint
+from frobs_devkit.scaling.results import CLUSTER, ScalingPoint
 from frobs_train import Job, Report, RunConfig, Runner
 
 _WINDOWS = 5
@@ -41,19 +42,13 @@ def measure_processes(config: RunConfig, sweep: str, processes: int, seconds: fl
         sweep: Name of the sweep that the result belongs to.
         processes: Number of processes.
         seconds: Time to measure [s].
-
-    Raises:
-        ConfigurationError: The environments cannot be created, or the processes do not start.
     """
     with TemporaryDirectory() as name:
         folder = Path(name)
         tasks = [_task(config, folder, index, processes, seconds, _PATIENCE) for index in range(processes)]
-        started = [_start(task) for task in tasks]
-        try:
+        with ExitStack() as stack:
+            started = [stack.enter_context(_running(task)) for task in tasks]
             results = [_finish(process, task) for process, task in zip(started, tasks, strict=True)]
-        finally:
-            for process in started:
-                _stop(process)
     return summarize(config, sweep, results, nodes=1, hosts=1)
 
 
@@ -69,10 +64,6 @@ def measure_cluster(
         runner: Runner that executes the jobs at the same time.
         folder: Empty folder that has the same path on all machines.
         memory: Memory required by each process [B].
-
-    Raises:
-        ConfigurationError: The environments cannot be created, or the cluster does not run all processes
-            simultaneously.
     """
     jobs = []
     for index in range(processes):
@@ -89,31 +80,13 @@ def measure_cluster(
     return summarize(config, CLUSTER, results, nodes=len(nodes), hosts=len({host for host, _ in nodes}))
 
 
-def measure_learner(config: RunConfig) -> LearnerCosts:
-    """Measure a short training run in a separate process.
-
-    Raises:
-        ConfigurationError: The training run cannot be started.
-    """
-    with TemporaryDirectory() as name:
-        task = {**_task(config, Path(name), 0, 1, 0.0, 0.0), "kind": "learn"}
-        process = _start(task)
-        try:
-            return LearnerCosts(algorithm=config.algorithm, **_finish(process, task))
-        finally:
-            _stop(process)
-
-
 def run_worker(report: Report, **task: Any) -> dict[str, Any]:
     """Measure one process, as a job of :func:`measure_cluster`.
 
     The measured process is a new process that does not load the cluster's libraries.
     """
-    process = _start(task)
-    try:
+    with _running(task) as process:
         return {**_finish(process, task), "node": node()}
-    finally:
-        _stop(process)
 
 
 def node() -> tuple[str, int]:
@@ -126,19 +99,18 @@ def summarize(
 ) -> ScalingPoint:
     """Combine the results of several processes into one data point."""
     rates = window_rates([result["stamps"] for result in results])
+    threads = config.threads.simulator or 1
     return ScalingPoint(
         sweep=sweep,
         num_envs=config.num_envs,
-        threads=config.threads.simulator or 1,
+        threads=threads,
         processes=len(results),
         nodes=nodes,
         hosts=hosts,
         steps_per_second=median(rates),
         low=min(rates),
         high=max(rates),
-        processor_share=sum(result["processors"] for result in results)
-        / len(results)
-        / (config.threads.simulator or 1),
+        processor_share=sum(result["processors"] for result in results) / len(results) / threads,
         memory=max(result["memory"] for result in results),
         startup=max(result["startup"] for result in results),
     )
@@ -167,7 +139,6 @@ def window_rates(stamps: Sequence[Sequence[tuple[float, int]]], windows: int = _
 
 def _task(config: RunConfig, folder: Path, index: int, count: int, seconds: float, patience: float) -> dict[str, Any]:
     return {
-        "kind": "step",
         "config": config.model_dump(mode="json"),
         "folder": str(folder),
         "index": index,
@@ -177,7 +148,9 @@ def _task(config: RunConfig, folder: Path, index: int, count: int, seconds: floa
     }
 
 
-def _start(task: Mapping[str, Any]) -> subprocess.Popen[str]:
+@contextmanager
+def _running(task: Mapping[str, Any]) -> Iterator[subprocess.Popen[str]]:
+    """Start the process of a task, and kill it at the end of the ``with`` block if it is still running."""
     process = subprocess.Popen(
         [sys.executable, "-m", "frobs_devkit.scaling.worker"],
         stdin=subprocess.PIPE,
@@ -190,11 +163,16 @@ def _start(task: Mapping[str, Any]) -> subprocess.Popen[str]:
     process.stdin.write(to_json({**task, "launched": time.time()}))
     process.stdin.close()
     process.stdin = None  # communicate() would close it again
-    return process
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+        if process.stderr is not None:
+            process.stderr.close()
 
 
 def _finish(process: subprocess.Popen[str], task: Mapping[str, Any]) -> dict[str, Any]:
-    """Wait for a process to end, and return its result."""
     _, stderr = process.communicate()
     folder, index = Path(task["folder"]), task["index"]
     if process.returncode == 0:
@@ -206,11 +184,3 @@ def _finish(process: subprocess.Popen[str], task: Mapping[str, Any]) -> dict[str
         raise ConfigurationError(files[0].read_text("utf-8"))
     cause = lines[-1] if lines else f"it ended with status {process.returncode}"
     raise ConfigurationError(f"a process that steps {task['config']['num_envs']} environments failed: {cause}")
-
-
-def _stop(process: subprocess.Popen[str]) -> None:
-    """End a process that may still be running."""
-    process.kill()
-    process.wait()
-    if process.stderr is not None:
-        process.stderr.close()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 from frobs_core.util.validation import positive, whole_number
 from frobs_train import RunConfig, decide_threads, is_paced, usable_processors
@@ -30,11 +30,7 @@ class ScalingRanges:
     seconds: float = 2.0
 
     def __post_init__(self) -> None:
-        """Check the numbers.
-
-        Raises:
-            ConfigurationError: A number is out of range, or ``num_envs`` is empty.
-        """
+        """Raise ConfigurationError if a number is out of range or ``num_envs`` is empty."""
         for name in ("num_envs", "threads", "processes", "cluster_processes"):
             for value in getattr(self, name):
                 whole_number(name, value, lowest=1)
@@ -42,33 +38,24 @@ class ScalingRanges:
         whole_number("the number of sizes in num_envs", len(self.num_envs), lowest=1)
 
     @classmethod
-    def choose(
-        cls,
-        config: RunConfig,
-        *,
-        num_envs: tuple[int, ...] | None = None,
-        threads: tuple[int, ...] | None = None,
-        processes: tuple[int, ...] | None = None,
-        cluster_processes: tuple[int, ...] = (),
-        seconds: float = 2.0,
-    ) -> Self:
-        """Return the ranges. A range that is None is replaced with one that suits the environment and this machine.
+    def choose(cls, config: RunConfig, **ranges: Any) -> Self:
+        """Return the ranges. A range that is None or omitted is replaced with one that suits the environment.
 
         A simulator that is paced by the wall clock only supports a single environment. Environments of other libraries
         do not have simulator threads.
+
+        Args:
+            config: Configuration of the environment.
+            ranges: Values of the fields.
         """
+        given = {name: value for name, value in ranges.items() if value is not None}
         sizes = powers_of_two(usable_processors())
-        if num_envs is None:
-            num_envs = (1,) if is_paced(config.environment_kwargs.get("simulator")) else _NUM_ENVS
-        if threads is None:
-            threads = () if decide_threads(config).simulator is None or max(num_envs) == 1 else sizes
-        return cls(
-            num_envs=num_envs,
-            threads=threads,
-            processes=sizes if processes is None else processes,
-            cluster_processes=cluster_processes,
-            seconds=seconds,
-        )
+        single = is_paced(config.environment_kwargs.get("simulator"))
+        given.setdefault("num_envs", (1,) if single else _NUM_ENVS)
+        without_threads = decide_threads(config).simulator is None or max(given["num_envs"]) == 1
+        given.setdefault("threads", () if without_threads else sizes)
+        given.setdefault("processes", sizes)
+        return cls(**given)
 
 
 def powers_of_two(highest: int) -> tuple[int, ...]:

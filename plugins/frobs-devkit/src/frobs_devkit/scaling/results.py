@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from statistics import median
 from typing import Any
 
 NUM_ENVS, THREADS, PROCESSES, CLUSTER = "num_envs", "threads", "processes", "cluster"
@@ -59,46 +60,6 @@ class ScalingPoint:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Traffic:
-    """Rate at which a learner receives experience from the collecting processes.
-
-    Attributes:
-        bytes_per_step: Size of the observation, action, reward and end-of-episode flags of one environment step [B].
-        bytes_per_second: Rate at which this process receives batches, including the time to copy them [B/s].
-        hosts: Names of the machines that sent batches. If all batches came from this machine, the network was not
-            measured.
-    """
-
-    bytes_per_step: float
-    bytes_per_second: float
-    hosts: tuple[str, ...]
-
-    @property
-    def steps_per_second(self) -> float:
-        """Number of environment steps that the learner can receive per second."""
-        return self.bytes_per_second / self.bytes_per_step
-
-
-@dataclass(frozen=True, kw_only=True)
-class LearnerCosts:
-    """Time per environment step of a single-process training run.
-
-    Attributes:
-        algorithm: Name of the algorithm.
-        inference: Time to choose an action [s].
-        learning: Time for updates, storage and all other work of a central learner [s].
-        total: Total time, including the simulation [s].
-        processor_share: Processor time ÷ elapsed time, at most 1.
-    """
-
-    algorithm: str
-    inference: float
-    learning: float
-    total: float
-    processor_share: float
-
-
-@dataclass(frozen=True, kw_only=True)
 class ScalingResult:
     """Results of :func:`bench_scaling`.
 
@@ -110,8 +71,6 @@ class ScalingResult:
         memory_per_process: Estimated memory of a process without environments [B].
         memory_per_env: Memory of each additional environment [B], or None if only one number of environments was
             measured.
-        traffic: Rate at which a learner receives experience, or None if no cluster was measured.
-        learner: Times of a training run, or None if no training run was measured.
         machine: Processor, operating system and Python.
         processors: Number of processors available to the measurement.
         load: Average number of runnable processes in the minute before the measurement.
@@ -122,8 +81,6 @@ class ScalingResult:
     num_envs: int
     memory_per_process: int
     memory_per_env: int | None
-    traffic: Traffic | None
-    learner: LearnerCosts | None
     machine: str
     processors: int
     load: float
@@ -134,8 +91,13 @@ class ScalingResult:
         share = min(point.processor_share for point in self.points)
         return self.load > self.processors / 2 and share < _UNDISTURBED
 
+    @property
+    def startup(self) -> float:
+        """Median startup time of a process [s]."""
+        return median(point.startup for point in self.points)
+
     def sweep(self, name: str) -> list[ScalingPoint]:
-        """Return the points of a sweep in ascending order of size."""
+        """Return the points of the sweep ``name`` in ascending order of size."""
         return sorted((point for point in self.points if point.sweep == name), key=lambda point: point.size)
 
     def to_dict(self) -> dict[str, Any]:
@@ -146,12 +108,4 @@ class ScalingResult:
     def from_dict(cls, values: dict[str, Any]) -> ScalingResult:
         """Create a result from the values of :meth:`to_dict`, ignoring unknown keys."""
         known = {key: values[key] for key in cls.__dataclass_fields__}
-        traffic, learner = known["traffic"], known["learner"]
-        return cls(
-            **known
-            | {
-                "points": tuple(ScalingPoint(**point) for point in known["points"]),
-                "traffic": traffic and Traffic(**traffic | {"hosts": tuple(traffic["hosts"])}),
-                "learner": learner and LearnerCosts(**learner),
-            }
-        )
+        return cls(**known | {"points": tuple(ScalingPoint(**point) for point in known["points"])})

@@ -1,4 +1,4 @@
-"""Program that each measured process runs: it steps environments or trains, and writes the results to a file.
+"""Program that each measured process runs: it steps environments and writes the results to a file.
 
 The program reads its task as JSON from standard input. All processes of a measurement share a folder, in which files
 indicate the progress of each process. Each measurement runs in a separate process, so that its peak memory can be
@@ -17,7 +17,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-from frobs_core.util.files import write_aside
+from frobs_core.util.files import write_text
 from frobs_core.util.plain import to_json
 
 _POLL = 0.005  # [s]
@@ -31,11 +31,11 @@ def main() -> None:
     task = json.load(sys.stdin)
     folder, index = Path(task["folder"]), task["index"]
     try:
-        result = learn(task["config"]) if task["kind"] == "learn" else step(task["config"], folder, task)
+        result = step(task["config"], folder, task)
     except Exception as error:  # the process that waits for the results reports the error
-        _write(folder / f"error-{index}", str(error) or type(error).__name__)
+        write_text(folder / f"error-{index}", str(error) or type(error).__name__)
         raise SystemExit(1) from None
-    _write(folder / f"result-{index}.json", to_json(result))
+    write_text(folder / f"result-{index}.json", to_json(result))
 
 
 def step(config: Mapping[str, Any], folder: Path, task: Mapping[str, Any]) -> dict[str, Any]:
@@ -80,22 +80,6 @@ def step(config: Mapping[str, Any], folder: Path, task: Mapping[str, Any]) -> di
     }
 
 
-def learn(config: Mapping[str, Any]) -> dict[str, Any]:
-    """Train for a few seconds and return the times per environment step [s]."""
-    from frobs_devkit.training_window import ALGORITHM, OTHER, UPDATES, measure_training
-    from frobs_train import RunConfig
-
-    used, start = time.process_time(), time.perf_counter()
-    measured = measure_training(RunConfig(**config), seconds=4.0, limit=60.0)
-    share = (time.process_time() - used) / (time.perf_counter() - start)
-    return {
-        "processor_share": min(1.0, share),
-        "inference": measured.per_step("inference"),
-        "learning": sum(measured.per_step(part) for part in (UPDATES, "storage", OTHER, ALGORITHM)),
-        "total": measured.per_step(),
-    }
-
-
 def peak_memory() -> int:
     """Return the peak resident memory of this process [B].
 
@@ -112,11 +96,7 @@ def peak_memory() -> int:
 
 
 def _record(seconds: float, advance: Callable[[], None], count: Callable[[], int]) -> list[tuple[float, int]]:
-    """Step the environments for a given time.
-
-    Returns:
-        Pairs of a time [s] and the number of steps completed by then.
-    """
+    """Step the environments for a given time, and return pairs of a time [s] and the steps completed by then."""
     stamps = [(time.time(), count())]
     end, next_stamp = stamps[0][0] + seconds, stamps[0][0] + seconds / _STAMPS
     now = 0.0
@@ -130,7 +110,6 @@ def _record(seconds: float, advance: Callable[[], None], count: Callable[[], int
 
 
 def _meet(folder: Path, task: Mapping[str, Any]) -> None:
-    """Wait until all processes are ready."""
     _touch(folder, "ready", task)
     end = time.monotonic() + task["patience"]
     while not _all(folder, "ready", task):
@@ -144,7 +123,6 @@ def _meet(folder: Path, task: Mapping[str, Any]) -> None:
 
 
 def _all(folder: Path, name: str, task: Mapping[str, Any]) -> bool:
-    """Return whether all processes have written the file with the given name."""
     names = os.listdir(folder)
     failed = next((other for other in names if other.startswith("error-")), None)
     if failed is not None:
@@ -155,10 +133,6 @@ def _all(folder: Path, name: str, task: Mapping[str, Any]) -> bool:
 
 def _touch(folder: Path, name: str, task: Mapping[str, Any]) -> None:
     (folder / f"{name}-{task['index']}").touch()
-
-
-def _write(path: Path, text: str) -> None:
-    write_aside(path, lambda aside: aside.write_text(text, "utf-8"))
 
 
 if __name__ == "__main__":

@@ -7,9 +7,11 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
+from importlib import import_module
 from types import ModuleType
 from typing import Any, TypeVar
 
+from frobs_core.plugins.capabilities import known_capabilities
 from frobs_core.util.errors import FrobsError
 from frobs_core.util.keywords import constructor_parameters
 
@@ -77,6 +79,11 @@ def checks_of(*modules: ModuleType) -> tuple[Callable[[Any], None], ...]:
     )
 
 
+def checks_in(package: str, modules: str) -> tuple[Callable[[Any], None], ...]:
+    """Return the checks of a package's modules, whose names are separated by spaces."""
+    return checks_of(*(import_module(f"{package}.{name}") for name in modules.split()))
+
+
 def collect(subject: Any, functions: Iterable[Callable[[Any], None]]) -> list[Check]:
     """Create a check from each function, using the function's name and the first line of its docstring."""
     return [
@@ -106,6 +113,12 @@ def only(name: str, description: str, outcome: Inconclusive | NotApplicable) -> 
     return [Check(name, description, run)]
 
 
+def expect_capability(name: str) -> None:
+    """Raise CheckFailure unless a name in a record's ``needs`` is a capability."""
+    known = name in known_capabilities()
+    expect(known, f"the record's 'needs' contains '{name}', which is not a capability.")
+
+
 def expect_keyword_only(cls: type) -> None:
     """Raise CheckFailure unless all constructor parameters of a class are keyword-only and have defaults."""
     for name, parameter in constructor_parameters(cls).items():
@@ -114,6 +127,18 @@ def expect_keyword_only(cls: type) -> None:
             f"the constructor's parameter '{name}' must be keyword-only and have a default, because users may pass it "
             "by name or omit it.",
         )
+
+
+@contextmanager
+def second_close() -> Iterator[None]:
+    """Raise CheckFailure if the ``with`` block, in which an object is closed a second time, raises an error."""
+    try:
+        yield
+    except Exception as error:
+        raise CheckFailure(
+            f"calling close() a second time raises {type(error).__name__}: {error}; the second call must have no "
+            "effect."
+        ) from error
 
 
 @contextmanager

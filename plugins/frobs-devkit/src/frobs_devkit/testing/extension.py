@@ -1,10 +1,10 @@
-"""Conformance checks for capabilities, sensor types, physical parameters, policies and commands."""
+"""Conformance checks for capabilities, sensor types, physical parameters, policies, viewers and commands."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from frobs_core.contracts import Simulation
 from frobs_core.description import Scene, Sensor
 from frobs_core.models import Pose
 from frobs_core.plugins.capabilities import known_capabilities
-from frobs_core.plugins.records import CapabilityRecord, ParameterRecord, SimulatorRecord
+from frobs_core.plugins.records import SimulatorRecord
 from frobs_core.sensing.sensors import Instrument, instrument_of
 from frobs_core.util.errors import FrobsError, UnknownNameError, check_name
 from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, NotApplicable, after, collect, expect
@@ -32,6 +32,11 @@ class ExtensionUnderTest:
     item: Listed
     settings: Mapping[str, Any] = field(default_factory=dict)
 
+    @property
+    def record(self) -> Any:
+        """The record of the extension."""
+        return self.item.record
+
     def simulators(self, capability: str) -> Iterator[SimulatorUnderTest]:
         """Yield the importable simulators that declare a capability, or all of them if it is an empty string.
 
@@ -39,13 +44,8 @@ class ExtensionUnderTest:
             Inconclusive: There is no such simulator.
         """
         records = [plugins.get_record("simulator", name) for name in plugins.importable("simulator")]
-        able = [
-            one
-            for one in records
-            if isinstance(one, SimulatorRecord)
-            and not one.is_paced
-            and (not capability or one.capabilities.get(capability))
-        ]
+        simulators = [one for one in records if isinstance(one, SimulatorRecord) and not one.is_paced]
+        able = [one for one in simulators if not capability or one.capabilities.get(capability)]
         if not able:
             raise Inconclusive(f"no installed simulator that can be checked has the capability '{capability}'")
         yield from map(SimulatorUnderTest, able)
@@ -53,7 +53,7 @@ class ExtensionUnderTest:
 
 def name_is_free(subject: ExtensionUnderTest) -> None:
     """No other installed distribution provides an extension with the same kind and name."""
-    record = subject.item.record
+    record = subject.record
     expect(
         subject.item.name == record.name,
         f"another distribution also provides the {subject.kind} '{record.name}', so it is available only as "
@@ -63,7 +63,7 @@ def name_is_free(subject: ExtensionUnderTest) -> None:
 
 def summary_is_one_line(subject: ExtensionUnderTest) -> None:
     """The record has a one-line summary."""
-    summary = subject.item.record.summary
+    summary = subject.record.summary
     expect(
         summary.strip() and "\n" not in summary and len(summary) <= 120,
         f"the summary is {summary!r}; it must be a single line of at most 120 characters.",
@@ -74,7 +74,7 @@ def simulators_implement_it(subject: ExtensionUnderTest) -> None:
     """Every simulator that declares the capability implements the capability's methods."""
     for simulator in subject.simulators(subject.item.name):
         cls = simulator.record.load()
-        for method in cast("CapabilityRecord", subject.item.record).methods:
+        for method in subject.record.methods:
             expect(
                 getattr(cls, method, None) is not getattr(Simulation, method, None),
                 f"simulator '{simulator.record.name}' declares '{subject.item.name}', but its class {cls.__name__} "
@@ -84,7 +84,7 @@ def simulators_implement_it(subject: ExtensionUnderTest) -> None:
 
 def sensor_type_loads(subject: ExtensionUnderTest) -> None:
     """The entry point is a subclass of Sensor with this name, whose instrument and capability exist."""
-    cls, record = subject.item.record.load(), subject.item.record
+    cls, record = subject.record.load(), subject.record
     expect(
         isinstance(cls, type) and issubclass(cls, Sensor), f"{record.entry_point} is {cls!r}, not a subclass of Sensor."
     )
@@ -102,17 +102,17 @@ def sensor_type_loads(subject: ExtensionUnderTest) -> None:
 @after("sensor_type_loads")
 def readings_are_in_range(subject: ExtensionUnderTest) -> None:
     """On a rover in each simulator with the sensor's capability, readings have the sensor's shape and range."""
-    cls: type[Sensor] = subject.item.record.load()
+    cls: type[Sensor] = subject.record.load()
     given = {"frame": "hull", **subject.settings}
-    missing = [item.name for item in fields(cls) if item.default is MISSING and item.default_factory is MISSING]
-    missing = [name for name in missing if name not in given]
+    required = [item.name for item in fields(cls) if item.default is MISSING and item.default_factory is MISSING]
+    missing = [name for name in required if name not in given]
     if missing:
         raise Inconclusive(f"the sensor needs {', '.join(missing)}; set them with {_settings(cls.type_name, missing)}")
     try:
         sensor = cls(**given)
     except (TypeError, FrobsError) as error:
         raise CheckFailure(f"the sensor cannot be built from {given}: {error}") from error
-    name, instrument = subject.item.record.name, instrument_of(sensor)
+    name, instrument = subject.record.name, instrument_of(sensor)
     rover = replace(ROVER, sensors={name: sensor})
     contacts = dict(instrument.contacts(name, sensor, "robot", Scene()))
     for simulator in subject.simulators(cls.needs):
@@ -126,14 +126,14 @@ def readings_are_in_range(subject: ExtensionUnderTest) -> None:
 
 def capability_exists(subject: ExtensionUnderTest) -> None:
     """The parameter's capability is one of the core's or of an installed plugin."""
-    _expect_capability(cast("ParameterRecord", subject.item.record).capability, "the parameter's capability")
+    _expect_capability(subject.record.capability, "the parameter's capability")
 
 
 @after("capability_exists")
 def values_are_kept(subject: ExtensionUnderTest) -> None:
     """In each simulator with the parameter's capability, written values are read back, and only where the mask says."""
-    name = subject.item.record.name
-    for simulator in subject.simulators(cast("ParameterRecord", subject.item.record).capability):
+    name = subject.record.name
+    for simulator in subject.simulators(subject.record.capability):
         with simulator.build(ROVER) as (sim, _):
             targets = list(sim.parameter_targets(name))
             if not targets and subject.item.distribution == "frobs-core":
@@ -173,15 +173,16 @@ _CHECKS: Mapping[str, tuple[Callable[[ExtensionUnderTest], None], ...]] = {
     "sensor_type": (name_is_free, summary_is_one_line, sensor_type_loads, readings_are_in_range),
     "parameter": (name_is_free, summary_is_one_line, capability_exists, values_are_kept),
     "policy": (name_is_free, summary_is_one_line),
+    "viewer": (name_is_free, summary_is_one_line),
     "command": (summary_is_one_line, help_is_complete),
 }
 
 
 def check_extension(kind: str, name: str, settings: Mapping[str, Any] | None = None) -> list[Check]:
-    """Return the conformance checks for a capability, sensor type, physical parameter, policy or command.
+    """Return the conformance checks for an extension or a command.
 
     Args:
-        kind: ``"capability"``, ``"sensor_type"``, ``"parameter"``, ``"policy"`` or ``"command"``.
+        kind: ``"capability"``, ``"sensor_type"``, ``"parameter"``, ``"policy"``, ``"viewer"`` or ``"command"``.
         name: Name of the extension.
         settings: For a sensor type, fields of the sensor to check, such as its required fields. For a policy,
             ``environment`` and ``environment_kwargs``, see :func:`check_policy`.

@@ -12,6 +12,7 @@ import gymnasium as gym
 from frobs_cli import catalogue
 from frobs_cli.errors import CommandLineError
 from frobs_core import plugins
+from frobs_core.kernel.robot_config import find_record
 from frobs_core.plugins import PluginReport, normalize, registry
 from frobs_core.plugins.records import KINDS, SimulatorRecord, TaskRecord
 from frobs_core.util.errors import AmbiguousNameError, UnknownNameError, nearest
@@ -36,7 +37,7 @@ class Subject:
 
     Attributes:
         kind: ``"environment"``, a record kind, ``"capability"``, ``"sensor_type"``, ``"parameter"``, ``"policy"``,
-            ``"command"``, ``"plugin"`` or ``"distribution"``.
+            ``"viewer"``, ``"command"``, ``"plugin"`` or ``"distribution"``.
         name: Full name, such as ``"irb120"`` or ``"frobs/Irb120Reach-v0"``.
     """
 
@@ -53,8 +54,7 @@ class Subject:
         """Level of each capability that a simulator claims, by name. The dictionary is empty for other objects."""
         if self.kind != "simulator":
             return {}
-        record = plugins.get_record("simulator", self.name)
-        assert isinstance(record, SimulatorRecord)
+        record = find_record(SimulatorRecord, self.name)
         return {name: str(level) for name, level in record.capabilities.items() if level}
 
     def checks(
@@ -94,11 +94,11 @@ class Subject:
             (report,) = (report for report in plugins.reports() if _key(report) == self.name)
             return _of_plugin(report, **options)
         if self.kind == "distribution":
-            checks = [
-                check.under(report.name) for report in _reports_of(self.name) for check in _of_plugin(report, **options)
-            ]
+            own = normalize(self.name)
+            reports = [report for report in plugins.reports() if normalize(report.distribution) == own]
+            checks = [check.under(report.name) for report in reports for check in _of_plugin(report, **options)]
             for item in catalogue.listed("command"):
-                if normalize(item.distribution) == normalize(self.name):
+                if normalize(item.distribution) == own:
                     checks += [check.under(f"command:{item.name}") for check in check_extension("command", item.name)]
             return checks
         return _of(self.kind, self.name, **options)
@@ -170,10 +170,6 @@ def _key(report: PluginReport) -> str:
     return f"{report.distribution}:{report.name}"
 
 
-def _reports_of(distribution: str) -> list[PluginReport]:
-    return [report for report in plugins.reports() if normalize(report.distribution) == normalize(distribution)]
-
-
 def _of(
     kind: str, name: str, robot: str | None, simulator: str | None, settings: Mapping[str, Any], steps: int | None
 ) -> list[Check]:
@@ -182,10 +178,8 @@ def _of(
     if kind == "environment":
         entry = registry.environments().get(name.rpartition(":")[2])
         if entry is not None and not entry[1].robot and robot is None:
-            reason = Inconclusive(
-                "the environment ID requires a robot; pass --robot to 'frobs check', or robot= to check_env"
-            )
-            return only("robot_is_given", "A robot is given.", reason)
+            reason = "the environment ID requires a robot; pass --robot to 'frobs check', or robot= to check_env"
+            return only("robot_is_given", "A robot is given.", Inconclusive(reason))
         return check_env(name, **given)
     if kind in catalogue.EXTENSIONS:
         return check_extension(kind, name, settings)
@@ -198,14 +192,13 @@ def _of(
         return check_algorithm(name, settings, **training)
     if kind == "controller":
         return check_controller(name, **given)
-    record = plugins.get_record("task", name)
-    assert isinstance(record, TaskRecord)
+    record = find_record(TaskRecord, name)
     if not record.environments and not {"robot", "controller"} <= given.keys():
-        reason = Inconclusive(
+        reason = (
             "the task does not register an environment ID; choose a robot with --robot, and a controller with --set "
             "environment_kwargs.controller=NAME"
         )
-        return only("robot_is_given", "A robot is given.", reason)
+        return only("robot_is_given", "A robot is given.", Inconclusive(reason))
     return check_task(name, **given)
 
 

@@ -46,11 +46,9 @@ class _MadeDistribution(Distribution):
         }
 
     def read_text(self, filename: str) -> str | None:
-        """Return the text of the entry points or metadata file, or None for other files."""
         return self._texts.get(filename)
 
     def locate_file(self, path: str | PathLike[str]) -> PathLike[str]:  # type: ignore[override]
-        """Raise FileNotFoundError, because the distribution has no files."""
         raise FileNotFoundError(path)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from frobs_core import __version__, plugins
-from frobs_core.contracts import Algorithm, Controller, ModelReader, Policy, Simulation, Task
+from frobs_core.contracts import Algorithm, Controller, ModelReader, Policy, Simulation, Task, Viewer
 from frobs_core.description import Robot, Sensor
 from frobs_core.plugins import Candidate, PluginReport, core_versions, is_made_for, registry
 from frobs_core.plugins.records import AlgorithmRecord, Record, TaskRecord
@@ -22,6 +22,7 @@ _BASES: dict[str, type] = {
     "sensor_type": Sensor,
     "model_format": ModelReader,
     "policy": Policy,
+    "viewer": Viewer,
     "simulator": Simulation,
     "controller": Controller,
     "task": Task,
@@ -245,5 +246,4 @@ def check_plugin(plugin: str) -> list[Check]:
 
 @lru_cache(maxsize=1)
 def _examine(candidate: Candidate) -> PluginFacts:
-    """Examine a plugin, and cache the result for consecutive checks."""
     return examine_plugins(only=[candidate.key])[0]

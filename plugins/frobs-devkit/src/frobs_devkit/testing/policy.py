@@ -141,7 +141,6 @@ def _named(name: str | Path) -> PolicyRecord:
 
 
 def _play(policy: Policy, env: Any, observation: Any) -> Iterator[Any]:
-    """Play from the start of an episode on, and yield the actions."""
     start = np.ones(getattr(env, "num_envs", 1), np.bool_)
     is_vector = isinstance(env, gym.vector.VectorEnv)
     for _ in range(_STEPS):

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import platform
-import re
 import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
-from importlib.metadata import PackageNotFoundError, requires, version
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from frobs_core import plugins
 from frobs_core.util.errors import check_name
+from frobs_devkit.doctor.requirements import required_versions
 from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, NotApplicable
 
+_STATUSES: Mapping[type[Exception], str] = {Inconclusive: "inconclusive", NotApplicable: "not_applicable"}
 _DECIDING = ("gymnasium", "numpy")
 """Requirements of frobs-core whose versions can change numerical results."""
 
@@ -171,7 +172,6 @@ def pytest_checks(
 
 
 def _refuse_unknown(expected_failures: Iterable[str], checks: Iterable[Check]) -> None:
-    """Raise UnknownNameError if ``expected_failures`` contains an unknown check name."""
     names = [check.name for check in checks]
     for name in expected_failures:
         check_name("check", name, names)
@@ -198,12 +198,9 @@ def _run(check: Check) -> Result:
     status, message = "passed", ""
     try:
         check.run()
-    except CheckFailure as failure:
-        status, message = "failed", str(failure)
-    except Inconclusive as reason:
-        status, message = "inconclusive", str(reason)
-    except NotApplicable as reason:
-        status, message = "not_applicable", str(reason)
+    except (CheckFailure, Inconclusive, NotApplicable) as outcome:
+        status = next((name for kind, name in _STATUSES.items() if isinstance(outcome, kind)), "failed")
+        message = str(outcome)
     except Exception as error:  # the checked object may raise any exception, and the other checks still run
         status, message = "failed", f"{type(error).__name__}: {error}"
     seconds = round(time.perf_counter() - start, 3)
@@ -211,18 +208,14 @@ def _run(check: Check) -> Result:
 
 
 def _versions() -> dict[str, str]:
-    """Return the versions of Python, the core, each loaded plugin, and their requirements."""
     loaded = sorted({report.distribution for report in plugins.reports() if report.state == "loaded"})
     versions = {"python": platform.python_version()}
     for distribution in ("frobs-core", *loaded):
         try:
             versions[distribution] = version(distribution)
-            lines = _DECIDING if distribution == "frobs-core" else requires(distribution) or ()
         except PackageNotFoundError:  # the plugin was defined by a test and is not installed
             continue
-        for name in (re.split(r"[^\w.-]", line)[0] for line in lines if "extra ==" not in line):
-            try:
-                versions.setdefault(name, version(name))
-            except PackageNotFoundError:
-                continue
+        required = required_versions(distribution)
+        for name in _DECIDING if distribution == "frobs-core" else required:
+            versions.setdefault(name, required[name])
     return versions

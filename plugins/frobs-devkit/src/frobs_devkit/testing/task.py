@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from frobs_core import plugins
 from frobs_core.contracts import Task
 from frobs_core.description import Marker, Scene
-from frobs_core.plugins.capabilities import known_capabilities
+from frobs_core.kernel.robot_config import find_record
 from frobs_core.plugins.records import TaskRecord
 from frobs_core.plugins.registry import COMPOSITIONAL_ID
 from frobs_core.util.errors import ConfigurationError, FrobsError, MissingSettingError
@@ -23,24 +22,15 @@ from frobs_devkit.testing.checks import (
     Check,
     CheckFailure,
     NotApplicable,
-    checks_of,
+    checks_in,
     collect,
     expect,
+    expect_capability,
     expect_keyword_only,
     expect_raises,
 )
 from frobs_devkit.testing.compare import expect_array, expect_same
-from frobs_devkit.testing.environment import (
-    api,
-    lifecycle,
-    outputs,
-    rewards,
-    seeding,
-    state,
-    step_results,
-    success,
-    vector,
-)
+from frobs_devkit.testing.environment import api, lifecycle, step_results, vector
 from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play
 from frobs_devkit.testing.environment.under_test import EnvUnderTest, achieved_goal, inside
 
@@ -58,10 +48,7 @@ def record_is_sound(subject: TaskUnderTest) -> None:
     expect(isinstance(cls, type) and issubclass(cls, Task), f"{cls} is not a subclass of Task.")
     expect_keyword_only(cls)
     for capability in subject.record.needs:
-        expect(
-            capability in known_capabilities(),
-            f"the record's 'needs' contains '{capability}', which is not a capability.",
-        )
+        expect_capability(capability)
     scene = cls().scene()
     expect(isinstance(scene, Scene), "scene() does not return a Scene.")
     declared = "contacts" in subject.record.needs or not scene.contacts
@@ -222,7 +209,7 @@ CHECKS = (
     reading_changes_nothing,
     default_timestep_is_a_default,
     api.unknown_keyword_refused,
-    *checks_of(outputs, seeding, rewards, state, success),
+    *checks_in("frobs_devkit.testing.environment", "outputs seeding rewards state success"),
     lifecycle.reset_options_hold,
     lifecycle.options_hold_by_row,
     step_results.step_shows_its_action,
@@ -245,8 +232,7 @@ def check_task(task: str | TaskRecord, **kwargs: Any) -> list[Check]:
         UnknownNameError: No task has this name.
         ConfigurationError: The task does not register an ID, and ``robot`` or ``controller`` is missing.
     """
-    record = plugins.get_record("task", task) if isinstance(task, str) else task
-    assert isinstance(record, TaskRecord)
+    record = find_record(TaskRecord, task)
     parts: Mapping[str, Any] = {}
     if record.environments:
         first = record.environments[0]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from frobs_core import plugins
+from frobs_core.kernel.robot_config import find_record
 from frobs_core.plugins.records import AlgorithmRecord
 from frobs_devkit.testing.algorithm import baseline_task, discount, learning, resuming, saving
 from frobs_devkit.testing.algorithm.under_test import ENVIRONMENTS, AlgorithmUnderTest
@@ -30,8 +30,7 @@ def check_algorithm(
     Raises:
         UnknownNameError: The algorithm does not exist.
     """
-    record = plugins.get_record("algorithm", algorithm) if isinstance(algorithm, str) else algorithm
-    assert isinstance(record, AlgorithmRecord)
+    record = find_record(AlgorithmRecord, algorithm)
     chosen = id or next((ENVIRONMENTS[kind] for kind in record.action_spaces if kind in ENVIRONMENTS), "")
     if not chosen:
         spaces = ", ".join(record.action_spaces)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from contextlib import closing
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +9,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_devkit.testing.algorithm.baseline_task import aiming, choosing
-from frobs_devkit.testing.algorithm.under_test import DISCOUNT, AlgorithmUnderTest, Monitor
+from frobs_devkit.testing.algorithm.under_test import DISCOUNT, AlgorithmUnderTest
 from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, after, expect
 
 _OTHER = 0.5  # a discount that no algorithm uses by default
@@ -26,7 +24,6 @@ class _OtherEnds(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
     ends = 0
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """Step the environments, and negate the final observations in the info."""
         observation, reward, terminated, truncated, info = self.env.step(actions)
         if "final_obs" in info:
             self.ends += int(truncated.sum())
@@ -41,10 +38,11 @@ class _OtherEnds(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
 def discount_counts(subject: AlgorithmUnderTest) -> None:
     """Training with a different discount ``gamma`` gives a different result."""
     _require_discount(subject)
+    subject.require_reproducible()
     expect(
         subject.different(subject.trained, _with_discount(subject, _OTHER).trained),
         f"training with {DISCOUNT}={_OTHER} gives the same result as with {DISCOUNT}="
-        f"{_settings(subject)[DISCOUNT]}; the setting has no effect.",
+        f"{subject.settings[DISCOUNT]}; the setting has no effect.",
     )
 
 
@@ -56,16 +54,9 @@ def final_observations_count(subject: AlgorithmUnderTest) -> None:
     observation of the next episode.
     """
     _require_discount(subject)
-    runs = []
-    ends = 0
-    for wrapper in (None, _OtherEnds):
-        with closing(subject.make_env(_EPISODE)) as env:
-            if wrapper is not None:
-                env.env = wrapper(env.env)
-            algorithm, monitor = subject.make(env), Monitor(env)
-            algorithm.train(subject.steps, monitor)
-            ends = getattr(env.env, "ends", 0)
-        runs.append((algorithm, monitor))
+    subject.require_reproducible()
+    runs = [subject.train(subject.steps, wrap=wrap, max_episode_steps=_EPISODE) for wrap in (None, _OtherEnds)]
+    ends = getattr(runs[1][1].env.env, "ends", 0)
     if not ends:
         raise Inconclusive(f"no episode was truncated in {subject.steps} steps")
     expect(
@@ -83,8 +74,9 @@ def discount_ends_with_an_episode(subject: AlgorithmUnderTest) -> None:
     next episode.
     """
     _require_discount(subject)
+    subject.require_reproducible()
     single = aiming(subject, terminates=True)
-    runs = [_with_discount(single, discount).trained for discount in (_settings(subject)[DISCOUNT], _OTHER)]
+    runs = [_with_discount(single, discount).trained for discount in (subject.settings[DISCOUNT], _OTHER)]
     text = single.different(*runs)
     expect(
         text is None,
@@ -118,11 +110,6 @@ def _with_discount(subject: AlgorithmUnderTest, discount: float) -> AlgorithmUnd
     return replace(subject, config={**subject.config, DISCOUNT: discount})
 
 
-def _settings(subject: AlgorithmUnderTest) -> Mapping[str, Any]:
-    resolved: Mapping[str, Any] = subject.record.load().resolve_config(subject.config)
-    return resolved
-
-
 def _require_discount(subject: AlgorithmUnderTest) -> None:
-    if DISCOUNT not in _settings(subject):
+    if DISCOUNT not in subject.settings:
         raise NotApplicable(f"the algorithm has no setting '{DISCOUNT}'")

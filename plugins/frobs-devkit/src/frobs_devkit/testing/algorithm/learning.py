@@ -15,8 +15,8 @@ from frobs_core.contracts import Algorithm
 from frobs_core.util.errors import FrobsError, UnknownParameterError
 from frobs_core.util.plain import is_plain
 from frobs_devkit.testing.algorithm.under_test import DISCOUNT, AlgorithmUnderTest, Monitor
-from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect, expect_raises
-from frobs_devkit.testing.compare import difference, expect_same
+from frobs_devkit.testing.checks import Inconclusive, after, expect, expect_raises
+from frobs_devkit.testing.compare import expect_same
 
 _RESOURCES = {"threads", "workers", "runners", "cpus", "gpus", "processes"}  # words of settings of speed only
 _FARTHEST = 10.0  # largest absolute observation to test, even if the space allows larger values
@@ -26,7 +26,6 @@ class _Impatient(Monitor):
     """A monitor that stops training after the first progress report."""
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Store the report and stop training."""
         super().on_progress(steps, metrics)
         return False
 
@@ -42,7 +41,6 @@ class _Curious(Monitor):
             self.algorithm.predict(self.seen, deterministic=deterministic)
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Request predictions and continue training."""
         self.predict()
         return super().on_progress(steps, metrics)
 
@@ -57,8 +55,7 @@ def spaces_are_kept(subject: AlgorithmUnderTest) -> None:
 
 def learns(subject: AlgorithmUnderTest) -> None:
     """Training runs for the requested number of steps, reports increasing step counts, and changes the policy."""
-    seen = subject.observations(8)
-    algorithm, monitor = subject.trained
+    monitor = subject.trained[1]
     expect(monitor.steps, "on_progress was never called.")
     expect(monitor.steps == sorted(monitor.steps), f"the reported steps decrease: {monitor.steps}.")
     expect(monitor.steps[-1] >= subject.steps, f"it trained for {monitor.steps[-1]} of {subject.steps} steps.")
@@ -66,8 +63,7 @@ def learns(subject: AlgorithmUnderTest) -> None:
         monitor.offers or len(monitor.steps) < 3,
         "the algorithm never calls offer_checkpoint, so its training runs cannot be resumed.",
     )
-    if difference(subject.untrained.predict(seen)[0], algorithm.predict(seen)[0]) is None:
-        raise Inconclusive(f"{subject.steps} steps changed no prediction")
+    subject.require_learning()
 
 
 def steps_count_every_environment(subject: AlgorithmUnderTest) -> None:
@@ -120,8 +116,7 @@ def predicts_in_the_space(subject: AlgorithmUnderTest) -> None:
 
 def same_seed_repeats(subject: AlgorithmUnderTest) -> None:
     """Training gives the same result with the same seed and a different result with another seed."""
-    if not subject.record.reproducible:
-        raise NotApplicable("the algorithm's record declares reproducible=False")
+    subject.require_reproducible()
     again, other = (subject.train(subject.steps, seed) for seed in (5, 6))
     text = subject.different(subject.trained, again)
     expect(text is None, f"training again with the same seed gives another result: {text}.")
@@ -158,8 +153,7 @@ def resets_without_a_seed(subject: AlgorithmUnderTest) -> None:
 @after("same_seed_repeats")
 def predicting_changes_nothing(subject: AlgorithmUnderTest) -> None:
     """Predictions during training do not affect the weights or the random number generators."""
-    if not subject.record.reproducible:
-        raise NotApplicable("the algorithm's record declares reproducible=False")
+    subject.require_reproducible()
     expected, total = subject.trained, subject.steps
     if len(expected[1].steps) < 2:  # with only one report, no training would follow the predictions
         total = subject.enough
@@ -176,21 +170,17 @@ def predicting_changes_nothing(subject: AlgorithmUnderTest) -> None:
 @after("same_seed_repeats")
 def settings_count(subject: AlgorithmUnderTest) -> None:
     """Every numeric setting affects training, unless it belongs to a feature that is switched off."""
-    if not subject.record.reproducible:
-        raise NotApplicable("the algorithm's record declares reproducible=False")
-    seen = subject.observations(8)
-    if difference(subject.untrained.predict(seen)[0], subject.trained[0].predict(seen)[0]) is None:
-        raise Inconclusive(f"{subject.steps} steps changed no prediction")
-    resolve = subject.record.load().resolve_config
+    subject.require_reproducible()
+    subject.require_learning()
     # an interval that is longer than the training run would hide other settings, such as those of a target network
     often = {
         name: max(1, subject.steps // 4)
-        for name, value in resolve(subject.config).items()
+        for name, value in subject.settings.items()
         if "interval" in name and isinstance(value, int) and value > subject.steps
     }
     if often:
         subject = replace(subject, config={**subject.config, **often})
-    resolved = resolve(subject.config)
+    resolved = subject.settings
     off = {word for name, value in resolved.items() if not value for word in _words(name)}
     silent = [
         name
@@ -243,9 +233,8 @@ def unknown_settings_refused(subject: AlgorithmUnderTest) -> None:
 
 def settings_resolve_once(subject: AlgorithmUnderTest) -> None:
     """Resolved settings are plain YAML values, and resolving them again does not change them."""
-    cls: type[Algorithm] = subject.record.load()
-    resolved = cls.resolve_config(subject.config)
-    expect(cls.resolve_config(resolved) == resolved, "resolving resolved settings changes them.")
+    resolved = subject.settings
+    expect(replace(subject, config=resolved).settings == resolved, "resolving resolved settings changes them.")
     odd = [f"{key}: {value!r}" for key, value in resolved.items() if not is_plain(value)]
     expect(not odd, f"YAML cannot represent {', '.join(odd)}.")
 

@@ -33,7 +33,6 @@ class _SavingMonitor(Monitor):
         self._folder, self._previous, self._when = folder / "later", folder / "first", when
 
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
-        """Save the first checkpoint offered at or after the given step, and copy the environment at the same time."""
         super().offer_checkpoint(steps, save)
         if not self._previous.exists():
             self._previous.mkdir()
@@ -57,7 +56,7 @@ def continues_exactly(subject: AlgorithmUnderTest) -> None:
             copy.deepcopy(env).close()
         except Exception as error:
             raise NotApplicable(f"{subject.id} cannot be copied: {type(error).__name__}: {error}") from error
-    seen, total = subject.observations(8), subject.enough
+    total = subject.enough
     with tempfile.TemporaryDirectory() as folder:
         monitor = partial(_SavingMonitor, folder=Path(folder), when=total // 2)
         uninterrupted, saving = subject.train(total, monitor=monitor)
@@ -76,7 +75,7 @@ def continues_exactly(subject: AlgorithmUnderTest) -> None:
                 "settings with shorter iterations, or more steps"
             )
         started = type(uninterrupted).load(Path(folder) / "later")
-        if difference(subject.untrained.predict(seen)[0], started.predict(seen)[0]) is None:
+        if difference(subject.predictions(subject.untrained), subject.predictions(started)) is None:
             raise Inconclusive(
                 f"training did not change the policy before the checkpoint at step {saved_at}; use settings with "
                 "shorter iterations"
@@ -90,7 +89,8 @@ def continues_exactly(subject: AlgorithmUnderTest) -> None:
         saving.env.actions == saving.copied.actions,
         "the actions of a resumed training run differ from those of a whole one.",
     )
-    expect_same(uninterrupted.predict(seen)[0], resumed.predict(seen)[0], "predictions of a resumed training run")
+    expected, actual = subject.predictions(uninterrupted), subject.predictions(resumed)
+    expect_same(expected, actual, "predictions of a resumed training run")
     for steps, row, row_again in zip(after, saving.rows[len(before) :], again.rows, strict=True):
         expect_same(row, row_again, f"the metrics at step {steps} of a resumed training run")
 
@@ -98,12 +98,11 @@ def continues_exactly(subject: AlgorithmUnderTest) -> None:
 @after("same_seed_repeats", "load_equals_save")
 def settings_can_change(subject: AlgorithmUnderTest) -> None:
     """If the algorithm implements ``load_with``, training continues from a checkpoint with the new settings."""
-    trained, cls, seen = subject.trained[0], subject.record.load(), subject.observations(8)
+    trained, cls = subject.trained[0], subject.record.load()
     if cls.load_with.__func__ is Algorithm.load_with.__func__:  # type: ignore[attr-defined]
         raise NotApplicable("the algorithm does not implement load_with")
-    if not subject.record.reproducible:
-        raise NotApplicable("the algorithm's record declares reproducible=False")
-    config = cls.resolve_config(subject.config)
+    subject.require_reproducible()
+    config = subject.settings
     rates = [name for name, value in config.items() if isinstance(value, float) and 0.0 < value < 1.0]
     if not rates:
         raise Inconclusive("no setting is a number between 0 and 1, so the check does not know a setting to change")
@@ -112,9 +111,10 @@ def settings_can_change(subject: AlgorithmUnderTest) -> None:
         trained.save(Path(folder))
         for factor in (1.0, 0.5):
             with closing(subject.make_env()) as env:
-                changed = {**config, **{name: factor * config[name] for name in rates}}
+                changed = cls.resolve_config({**config, **{name: factor * config[name] for name in rates}})
                 algorithm, monitor = cls.load_with(Path(folder), env, changed), Monitor(env)
-                expect_same(trained.predict(seen)[0], algorithm.predict(seen)[0], "predictions after load_with")
+                expected, actual = subject.predictions(trained), subject.predictions(algorithm)
+                expect_same(expected, actual, "predictions after load_with")
                 algorithm.train(2 * subject.enough, monitor)
                 runs.append((algorithm, monitor))
     expect(
@@ -145,5 +145,5 @@ def policy_alone_predicts(subject: AlgorithmUnderTest) -> None:
     algorithm: Algorithm = subject.trained[0]
     with tempfile.TemporaryDirectory() as folder:
         algorithm.save_policy(Path(folder))
-        seen, loaded = subject.observations(8), type(algorithm).load(Path(folder))
-        expect_same(algorithm.predict(seen)[0], loaded.predict(seen)[0], "predictions of the separately saved policy")
+        expected, actual = (subject.predictions(a) for a in (algorithm, type(algorithm).load(Path(folder))))
+        expect_same(expected, actual, "predictions of the separately saved policy")

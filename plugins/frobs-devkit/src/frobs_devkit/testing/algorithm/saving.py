@@ -26,12 +26,10 @@ def load_equals_save(subject: AlgorithmUnderTest) -> None:
     algorithm = subject.trained[0]
     with tempfile.TemporaryDirectory() as folder:
         algorithm.save(Path(folder))
-        seen = subject.observations(8)
-        expected = algorithm.predict(seen)[0]
-        cls = type(algorithm)
-        expect_same(expected, cls.load(Path(folder)).predict(seen)[0], "predictions of the loaded algorithm")
+        expected, load = subject.predictions(algorithm), type(algorithm).load
+        expect_same(expected, subject.predictions(load(Path(folder))), "predictions of the loaded algorithm")
         with closing(subject.make_env()) as env:
-            expect_same(expected, cls.load(Path(folder), env).predict(seen)[0], "predictions loaded with an env")
+            expect_same(expected, subject.predictions(load(Path(folder), env)), "predictions loaded with an env")
 
 
 def files_execute_nothing(subject: AlgorithmUnderTest) -> None:

@@ -17,6 +17,8 @@ from gymnasium.vector import AutoresetMode
 
 from frobs_core.contracts import Algorithm
 from frobs_core.plugins.records import AlgorithmRecord
+from frobs_core.util.validation import plain_settings
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable
 from frobs_devkit.testing.compare import difference
 
 ENVIRONMENTS = {"Box": "Pendulum-v1", "Discrete": "CartPole-v1"}
@@ -105,7 +107,22 @@ class AlgorithmUnderTest:
         """Whether the environment is one of the kit's default environments."""
         return self.id in ENVIRONMENTS.values()
 
-    def make_env(self, max_episode_steps: int | None = None) -> Watched:
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The resolved settings, as YAML-serializable values."""
+        return plain_settings(self.record.load().resolve_config(self.config))
+
+    def require_reproducible(self) -> None:
+        """Raise NotApplicable unless training with the same seed gives the same result."""
+        if not self.record.reproducible:
+            raise NotApplicable("the algorithm's record declares reproducible=False")
+
+    def require_learning(self) -> None:
+        """Raise Inconclusive if training changed no prediction."""
+        if difference(self.predictions(self.untrained), self.predictions(self.trained[0])) is None:
+            raise Inconclusive(f"{self.steps} steps changed no prediction")
+
+    def make_env(self, max_episode_steps: int | None = None, wrap: Callable[[Any], Any] | None = None) -> Watched:
         """Create a seeded vector environment with same-step autoreset, as in a training run."""
         limit: dict[str, Any] = {} if max_episode_steps is None else {"max_episode_steps": max_episode_steps}
         env = gym.make_vec(
@@ -116,16 +133,18 @@ class AlgorithmUnderTest:
             **limit,
         )
         env.reset(seed=3)
-        return Watched(env)
+        return Watched(env if wrap is None else wrap(env))
 
     def make(self, env: Watched, seed: int = 5) -> Algorithm:
         """Create the untrained algorithm."""
         cls: type[Algorithm] = self.record.load()
         return cls(env, cls.resolve_config(self.config), seed)
 
-    def train(self, steps: int, seed: int = 5, monitor: Callable[[Watched], Monitor] = Monitor) -> Run:
-        """Train a new algorithm, and return the algorithm and its monitor."""
-        with closing(self.make_env()) as env:
+    def train(
+        self, steps: int, seed: int = 5, monitor: Callable[[Watched], Monitor] = Monitor, **environment: Any
+    ) -> Run:
+        """Train a new algorithm, and return the algorithm and its monitor. Other arguments are for ``make_env``."""
+        with closing(self.make_env(**environment)) as env:
             algorithm, run_monitor = self.make(env, seed), monitor(env)
             algorithm.train(steps, run_monitor)
             return algorithm, run_monitor
@@ -158,9 +177,12 @@ class AlgorithmUnderTest:
             text = difference(expected, actual)
             if text:
                 return f"the metrics at step {steps} differ: {text}"
-        seen = self.observations(8)
-        text = difference(one[0].predict(seen)[0], other[0].predict(seen)[0])
+        text = difference(self.predictions(one[0]), self.predictions(other[0]))
         return f"the predictions differ: {text}" if text else None
+
+    def predictions(self, algorithm: Algorithm) -> Any:
+        """Return the deterministic actions of an algorithm for the first observations of eight episodes."""
+        return algorithm.predict(self.observations(8))[0]
 
     def observations(self, count: int) -> Any:
         """Return the first observations of ``count`` episodes, (count, …)."""

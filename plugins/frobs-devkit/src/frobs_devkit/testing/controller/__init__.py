@@ -6,6 +6,7 @@ from typing import Any
 
 from frobs_core import plugins
 from frobs_core.description import Robot
+from frobs_core.kernel.robot_config import find_record
 from frobs_core.plugins.records import ControllerRecord, SimulatorRecord
 from frobs_devkit.testing.checks import Check, checks_of, collect
 from frobs_devkit.testing.controller import contract, motion, rest, timing
@@ -30,9 +31,7 @@ def check_controller(
     Raises:
         UnknownNameError: The controller, robot or simulator does not exist.
     """
-    record = plugins.get_record("controller", controller) if isinstance(controller, str) else controller
-    simulator_record = plugins.get_record("simulator", simulator)
+    record = find_record(ControllerRecord, controller)
+    simulator_record = find_record(SimulatorRecord, simulator)
     description = plugins.get_record("robot", robot).load() if isinstance(robot, str) else robot
-    assert isinstance(record, ControllerRecord)
-    assert isinstance(simulator_record, SimulatorRecord)
     return collect(ControllerUnderTest(record, simulator_record, description, kwargs), CHECKS)

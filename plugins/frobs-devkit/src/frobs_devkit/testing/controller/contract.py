@@ -9,11 +9,10 @@ import numpy as np
 
 from frobs_core.contracts import CommandMode, Controller
 from frobs_core.models import JointType
-from frobs_core.plugins.capabilities import known_capabilities
 from frobs_core.plugins.records import Level
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ConfigurationError
-from frobs_devkit.testing.checks import NotApplicable, expect, expect_keyword_only
+from frobs_devkit.testing.checks import NotApplicable, expect, expect_capability, expect_keyword_only
 from frobs_devkit.testing.compare import expect_close, expect_rows, expect_same
 from frobs_devkit.testing.controller.under_test import NUM_ENVS, Bound, ControllerUnderTest
 
@@ -147,11 +146,8 @@ def actions_are_clipped(subject: ControllerUnderTest) -> None:
             if not isinstance(space, gym.spaces.Box):
                 raise NotApplicable("the action space is discrete")
             commands.append([bound.step(bound.constant(scale * space.high)) for _ in range(3)])
-    expect_same(
-        commands[0],
-        commands[1],
-        "commands for actions five times larger than the upper bound, compared with commands for the upper bound",
-    )
+    what = "commands for actions five times larger than the upper bound, compared with commands for the upper bound"
+    expect_same(commands[0], commands[1], what)
 
 
 def action_changes_are_followed(subject: ControllerUnderTest) -> None:
@@ -166,17 +162,15 @@ def action_changes_are_followed(subject: ControllerUnderTest) -> None:
         # fraction of max_action_change that keeps the action within the action space
         share = np.minimum(0.5, (space.high - middle) / change)
         after = bound.step(bound.constant(middle + share * np.where(np.isfinite(change), change, 0.0)))
-        moved = (after - before).reshape(NUM_ENVS, -1, robot.dof)[:, -1]
+        moved = bound.last(after - before)
         allowed = robot.velocity_limit * subject.control_timestep
         limited = np.isfinite(change) & np.isfinite(allowed[0])
         expected = np.where(limited, share * allowed, np.abs(moved))
-        expect_close(
-            expected,
-            np.abs(moved),
-            1e-3 * float(allowed[:, limited].max(initial=1e-9)),
+        what = (
             "change of the command when the action changes by a fraction of max_action_change, compared with the "
-            "same fraction of velocity_limit × control_timestep",
+            "same fraction of velocity_limit × control_timestep"
         )
+        expect_close(expected, np.abs(moved), 1e-3 * float(allowed[:, limited].max(initial=1e-9)), what)
 
 
 def apply_reads_only(subject: ControllerUnderTest) -> None:
@@ -196,14 +190,9 @@ def apply_reads_only(subject: ControllerUnderTest) -> None:
 def needs_are_capabilities(subject: ControllerUnderTest) -> None:
     """The record's ``needs`` contains only existing capabilities, each with a level."""
     for capability, level in subject.record.needs.items():
-        expect(
-            capability in known_capabilities(),
-            f"the record's 'needs' contains '{capability}', which is not a capability.",
-        )
-        expect(
-            isinstance(level, Level),
-            f"the record's 'needs' has the value {level!r} for '{capability}'; expected a Level.",
-        )
+        expect_capability(capability)
+        right = isinstance(level, Level)
+        expect(right, f"the record's 'needs' has the value {level!r} for '{capability}'; expected a Level.")
 
 
 def controllers_share_nothing(subject: ControllerUnderTest) -> None:

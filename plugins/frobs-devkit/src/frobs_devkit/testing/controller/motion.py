@@ -9,9 +9,9 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.contracts import CommandMode
-from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
+from frobs_devkit.testing.checks import Inconclusive, after, expect
 from frobs_devkit.testing.compare import difference, expect_close
-from frobs_devkit.testing.controller.under_test import EARTH, NUM_ENVS, Bound, ControllerUnderTest, has_zero
+from frobs_devkit.testing.controller.under_test import EARTH, NUM_ENVS, Bound, ControllerUnderTest
 
 
 def actions_matter(subject: ControllerUnderTest) -> None:
@@ -56,10 +56,8 @@ def actions_act_in_their_step(subject: ControllerUnderTest) -> None:
 def zero_action_rests(subject: ControllerUnderTest) -> None:
     """Without gravity, zero actions bring the robot to rest and keep it there."""
     with subject.bind() as bound:
-        if not has_zero(bound.controller.action_space):
-            raise NotApplicable("the action space does not contain zero")
-        for _ in range(subject.count(75)):
-            bound.step(bound.constant(0.0))
+        bound.require_zero()
+        bound.rest(subject.count(75))
         at_rest = np.zeros_like(bound.robot.joint_velocities)
         expect_close(at_rest, bound.robot.joint_velocities, 0.02, "joint velocities after 3 s of zero actions")
 
@@ -70,29 +68,20 @@ def zero_action_does_not_drift(subject: ControllerUnderTest) -> None:
     If the zero action holds the current position, it must also hold positions reached with other actions.
     """
     with subject.bind(gravity=EARTH) as bound:
-        space = bound.controller.action_space
-        if not has_zero(bound.controller.action_space) or bound.controller.command_mode != CommandMode.POSITION:
-            raise NotApplicable("the controller does not command positions, or its action space does not contain zero")
-        assert isinstance(space, gym.spaces.Box)
-        for _ in range(subject.count(50)):
-            bound.step(bound.constant(0.0))
-        before = bound.robot.joint_positions.copy()
-        for _ in range(subject.count(50)):
-            bound.step(bound.constant(0.0))
-        expect_close(
-            before, bound.robot.joint_positions, 2e-3, "joint positions after 4 s, compared with those after 2 s"
-        )
+        space, robot = bound.require_zero_position(), bound.robot
+        bound.rest(subject.count(50))
+        before = robot.joint_positions.copy()
+        bound.rest(subject.count(50))
+        expect_close(before, robot.joint_positions, 2e-3, "joint positions after 4 s, compared with those after 2 s")
         bound.begin()
-        start = bound.robot.joint_positions.copy()
-        bound.step(bound.constant(0.0))
-        if (
-            np.abs(bound.robot.joint_positions - start).max() < 0.02
-        ):  # if the robot moves, the zero action commands a fixed position
+        start = robot.joint_positions.copy()
+        bound.rest(1)
+        # if the robot moves, the zero action commands a fixed position
+        if np.abs(robot.joint_positions - start).max() < 0.02:
             for _ in range(subject.count(12)):
                 bound.step(bound.constant(0.5 * space.high))
-            led = bound.robot.joint_positions - start
-            for _ in range(subject.count(50)):
-                bound.step(bound.constant(0.0))
+            led = robot.joint_positions - start
+            bound.rest(subject.count(50))
             kept = np.abs(bound.robot.joint_positions - start).max(axis=1)
             expect(
                 (kept >= 0.5 * np.abs(led).max(axis=1)).all(),

@@ -12,11 +12,11 @@ import numpy as np
 from frobs_core import plugins
 from frobs_core.contracts import CommandMode, Controller, JointGroup, RobotControl, Simulation, joint_groups
 from frobs_core.description import Placement, Robot, Scene
-from frobs_core.kernel.compose import build
 from frobs_core.kernel.robot_config import RobotConfig
 from frobs_core.models import Pose, RobotModel
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ConfigurationError, FrobsError
+from frobs_devkit.simulations import simulate
 from frobs_devkit.testing.checks import NotApplicable, after, expect
 from frobs_devkit.testing.controller.under_test import EARTH, ControllerUnderTest, has_zero
 from frobs_devkit.testing.simulator.under_test import WEIGHTLESS
@@ -67,7 +67,6 @@ def _robots(subject: ControllerUnderTest) -> Iterator[tuple[Robot, RobotModel]]:
 
 
 def _expect_rest(subject: ControllerUnderTest, robot: Robot, model: RobotModel, group: str) -> None:
-    """Command a robot to stay, and raise CheckFailure if it does not rest."""
     gravity = EARTH
     if robot.base == "fixed" and not _carries_weight(subject, robot, model, group):
         gravity = WEIGHTLESS
@@ -126,23 +125,15 @@ def _placed(
     subject: ControllerUnderTest, robot: Robot, model: RobotModel, group: str, gravity: tuple[float, float, float]
 ) -> Iterator[tuple[Simulation, RobotControl, JointGroup]]:
     """Place a robot whose other joints hold their positions in a simulation, which is closed at the end."""
-    controller: Controller = build(f"controller '{subject.record.name}'", subject.record.load(), subject.kwargs)
-    names = joint_groups(robot, model)[group]
-    modes = dict.fromkeys(names, controller.command_mode)
+    controller, names, scene = subject.new_controller(), joint_groups(robot, model)[group], Scene(gravity=gravity)
     robot, pose = RobotConfig().place(robot, model, Pose(), on_floor=True)
-    scene = Scene(gravity=gravity)
-    simulation = subject.simulator.load()(
-        {"robot": Placement(robot=robot, model=model, pose=pose, command_mode=modes)},
-        scene,
-        num_envs=1,
-        physics_timestep=subject.physics_timestep,
-    )
-    try:
-        handle = simulation.robots["robot"]
+    modes = dict.fromkeys(names, controller.command_mode)
+    placement = Placement(robot=robot, model=model, pose=pose, command_mode=modes)
+    with simulate(subject.simulator, placement, scene, physics_timestep=subject.physics_timestep) as (
+        simulation,
+        handle,
+    ):
         controller.bind_scene(scene, simulation)
         control = RobotControl(handle, {group: controller}, subject.control_timestep, subject.decimation)
-        simulation.reset()
         controller.reset(None)
         yield simulation, control, handle.group(names, name=group)
-    finally:
-        simulation.close()

@@ -5,16 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 
-from frobs_core.contracts import CommandMode, Controller
+from frobs_core.contracts import Controller
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ConfigurationError, FrobsError, UnknownNameError
 from frobs_core.util.keywords import constructor_parameters
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close
-from frobs_devkit.testing.controller.under_test import EARTH, NUM_ENVS, Bound, ControllerUnderTest, has_zero
+from frobs_devkit.testing.controller.under_test import EARTH, NUM_ENVS, Bound, ControllerUnderTest
 
 _APART = 0.05  # [rad or m] distance of the joints from where a controller expects them
 _SHARE = 0.3  # tolerated difference between two divisions of the same time into steps
@@ -77,25 +76,20 @@ def commands_depend_on_time(subject: ControllerUnderTest) -> None:
         largest = float(max(np.abs(changes).max(), np.abs(half_step_changes).max()))
         if largest < least:
             continue  # corrections in each step, not an integral over time
-        expect_close(
-            changes,
-            half_step_changes,
-            _SHARE * largest,
+        problem = (
             f"change of a command during {len(changes)} control steps, compared with the same time at half the {what} "
-            "(multiply rates by the time between two calls)",
+            "(multiply rates by the time between two calls)"
         )
+        expect_close(changes, half_step_changes, _SHARE * largest, problem)
 
 
 def _changes(subject: ControllerUnderTest, steps: dict[str, float]) -> Floats:
     """Return the changes of the commands for zero actions since the first control step, (k, num_envs, dof)."""
-    count, per_step = (
-        subject.count(10),
-        round(subject.control_timestep / steps.get("timestep", subject.control_timestep)),
-    )
+    count = subject.count(10)
+    per_step = round(subject.control_timestep / steps.get("timestep", subject.control_timestep))
     commands = []
     with replace(subject, **steps).bind() as bound:  # type: ignore[arg-type]
-        if not has_zero(bound.controller.action_space):
-            raise NotApplicable("the action space does not contain zero")
+        bound.require_zero()
         bound.displace(_APART)
         for k in range(count * per_step):
             command = np.array(bound.controller.apply(bound.constant(0.0)))
@@ -103,7 +97,7 @@ def _changes(subject: ControllerUnderTest, steps: dict[str, float]) -> Floats:
                 for _ in range(bound.decimation - 1):
                     command = np.array(bound.controller.update())
             if (k + 1) % per_step == 0:
-                commands.append(command.reshape(NUM_ENVS, -1, bound.robot.dof)[:, -1])
+                commands.append(bound.last(command))
     return np.array(commands) - commands[0]
 
 
@@ -111,31 +105,22 @@ def _changes(subject: ControllerUnderTest, steps: dict[str, float]) -> Floats:
 def resets_start_where_the_robot_is(subject: ControllerUnderTest) -> None:
     """If a zero action holds the current position, it holds the position in which the task has placed the robot."""
     with subject.bind() as bound:
-        space = bound.controller.action_space
-        if not has_zero(bound.controller.action_space) or bound.controller.command_mode != CommandMode.POSITION:
-            raise NotApplicable("the controller does not command positions, or its action space does not contain zero")
-        assert isinstance(space, gym.spaces.Box)
+        space = bound.require_zero_position()
         home = bound.robot.joint_positions.copy()
         for _ in range(subject.count(12)):
             led = bound.step(bound.constant(0.5 * space.high))
-        for _ in range(subject.count(50)):
-            held = bound.step(bound.constant(0.0))
-        moved = np.abs(_last(bound, led) - home).max(axis=1)
-        if (np.abs(_last(bound, held) - _last(bound, led)).max(axis=1) > 0.2 * moved).any() or moved.min() < 0.01:
+        held = bound.rest(subject.count(50))
+        moved = np.abs(bound.last(led) - home).max(axis=1)
+        if (np.abs(bound.last(held) - bound.last(led)).max(axis=1) > 0.2 * moved).any() or moved.min() < 0.01:
             raise NotApplicable("a zero action does not hold the current position")
         placed = bound.robot.joint_positions.copy()
         bound.simulation.reset()
         bound.robot.write_joint_state(placed)
         bound.controller.reset(None)
-        command = _last(bound, bound.controller.apply(bound.constant(0.0)))
+        command = bound.last(bound.controller.apply(bound.constant(0.0)))
         expect_close(
             placed, command, 0.2 * float(moved.min()), "command for a zero action after a reset in another position"
         )
-
-
-def _last(bound: Bound, command: Floats) -> Floats:
-    """Return the last row of a command, (num_envs, dof)."""
-    return np.array(command).reshape(NUM_ENVS, -1, bound.robot.dof)[:, -1]
 
 
 def parts_of_a_robot_are_controlled(subject: ControllerUnderTest) -> None:
@@ -199,4 +184,4 @@ def _trace(subject: ControllerUnderTest) -> Floats:
     with subject.bind(gravity=EARTH) as bound:
         largest, smallest = bound.opposites()
         actions = [largest] * subject.count(8) + [smallest] * subject.count(8) + bound.actions(4, seed=14)
-        return np.array([[_last(bound, bound.step(action)), bound.robot.joint_positions] for action in actions])
+        return np.array([[bound.last(bound.step(action)), bound.robot.joint_positions] for action in actions])

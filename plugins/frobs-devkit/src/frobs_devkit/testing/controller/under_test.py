@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.contracts import Controller, RobotHandle, Simulation
+from frobs_core.contracts import CommandMode, Controller, RobotHandle, Simulation
 from frobs_core.description import Placement, Robot, Scene
 from frobs_core.kernel.compose import build, count_physics_steps
-from frobs_core.models import Pose, RobotModel, load_model
+from frobs_core.models import Pose, RobotModel
 from frobs_core.plugins.records import ControllerRecord, SimulatorRecord
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import ConfigurationError
-from frobs_devkit.testing.checks import Inconclusive
+from frobs_devkit.simulations import TIMESTEP, simulate
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable
 from frobs_devkit.testing.environment.rollout import draw_actions
 from frobs_devkit.testing.simulator.robots import ARM, ROVER, model_of
 from frobs_devkit.testing.simulator.under_test import WEIGHTLESS
@@ -75,6 +76,29 @@ class Bound:
             return self.actions(1, seed=0)[0]
         return self.constant((space.low.astype(np.float64) + space.high) / 2.0)
 
+    def require_zero(self) -> None:
+        """Raise NotApplicable unless the action space contains an action whose elements are all zero."""
+        if not has_zero(self.controller.action_space):
+            raise NotApplicable("the action space does not contain zero")
+
+    def require_zero_position(self) -> gym.spaces.Box:
+        """Return the action space, or raise NotApplicable unless it contains zero and the controller commands positions."""
+        space = self.controller.action_space
+        if not has_zero(space) or self.controller.command_mode != CommandMode.POSITION:
+            raise NotApplicable("the controller does not command positions, or its action space does not contain zero")
+        assert isinstance(space, gym.spaces.Box)
+        return space
+
+    def rest(self, steps: int) -> Floats:
+        """Apply zero actions for several control steps, and return the last command."""
+        for _ in range(steps):
+            command = self.step(self.constant(0.0))
+        return command
+
+    def last(self, command: Floats) -> Floats:
+        """Return the last row of a command, (num_envs, dof)."""
+        return np.array(command).reshape(self.simulation.num_envs, -1, self.robot.dof)[:, -1]
+
     def displace(self, offset: float, velocity: float = 0.0) -> None:
         """Move all joints by an offset [rad or m] within their limits, without the controller's knowledge."""
         robot = self.robot
@@ -122,7 +146,7 @@ class ControllerUnderTest:
     robot: Robot | None = None
     kwargs: Mapping[str, Any] = field(default_factory=dict)
     timestep: float | None = None
-    physics_timestep: float = 0.002  # [s]
+    physics_timestep: float = TIMESTEP
 
     @property
     def control_timestep(self) -> float:
@@ -155,53 +179,45 @@ class ControllerUnderTest:
         Raises:
             ConfigurationError: The controller cannot control the robot.
         """
-        try:
-            bound = self._bind(self.robot or ARM, num_envs, gravity, reverse, joints)
-        except ConfigurationError:
-            if self.robot is not None:
-                raise
-            bound = self._bind(ROVER, num_envs, gravity, reverse, joints)
-        with closing(bound.simulation):
+        with ExitStack() as stack:
+            try:
+                bound = stack.enter_context(self._bind(self.robot or ARM, num_envs, gravity, reverse, joints))
+            except ConfigurationError:
+                if self.robot is not None:
+                    raise
+                bound = stack.enter_context(self._bind(ROVER, num_envs, gravity, reverse, joints))
             yield bound
 
+    @contextmanager
     def _bind(
-        self,
-        robot: Robot,
-        num_envs: int,
-        gravity: tuple[float, float, float],
-        reverse: bool,
-        joints: tuple[str, ...],
-    ) -> Bound:
-        controller: Controller = build(f"controller '{self.record.name}'", self.record.load(), self.kwargs)
-        wheeled = robot.base == "wheeled"
-        placement = Placement(
-            robot=robot,
-            model=self.model(robot),
-            pose=Pose(pos=(0.0, 0.0, 0.05)) if robot is ROVER else Pose(),
-            command_mode=controller.command_mode,
-        )
-        scene = Scene(gravity=EARTH if wheeled else gravity)  # wheels need the floor
-        simulation: Simulation = self.simulator.load()(
-            {"robot": placement}, scene, num_envs=num_envs, physics_timestep=self.physics_timestep
-        )
-        try:
-            handle = simulation.robots["robot"]
+        self, robot: Robot, num_envs: int, gravity: tuple[float, float, float], reverse: bool, joints: tuple[str, ...]
+    ) -> Iterator[Bound]:
+        controller = self.new_controller()
+        pose = Pose(pos=(0.0, 0.0, 0.05)) if robot is ROVER else Pose()
+        placement = Placement(robot=robot, model=self.model(robot), pose=pose, command_mode=controller.command_mode)
+        scene = Scene(gravity=EARTH if robot.base == "wheeled" else gravity)  # wheels need the floor
+        with simulate(self.simulator, placement, scene, num_envs=num_envs, physics_timestep=self.physics_timestep) as (
+            simulation,
+            handle,
+        ):
             controller.bind_scene(scene, simulation)
             group = handle.group(joints or handle.joint_names[::-1]) if reverse or joints else handle
             controller.bind(group, self.control_timestep, self.decimation)
-        except BaseException:
-            simulation.close()
-            raise
-        bound = Bound(simulation, handle, controller, self.decimation)
-        bound.begin()
-        return bound
+            bound = Bound(simulation, handle, controller, self.decimation)
+            bound.begin()
+            yield bound
+
+    def new_controller(self) -> Controller:
+        """Create the controller."""
+        controller: Controller = build(f"controller '{self.record.name}'", self.record.load(), self.kwargs)
+        return controller
 
     @staticmethod
     def model(robot: Robot) -> RobotModel:
         """Return the model of a robot."""
         if robot in (ARM, ROVER):
             return model_of(robot.model)
-        return load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)
+        return robot.read_model()
 
 
 def has_zero(space: gym.Space[Any]) -> bool:

@@ -8,30 +8,17 @@ from functools import wraps
 from typing import Any
 
 from frobs_core.util.errors import CapabilityError
-from frobs_devkit.testing.checks import Check, Inconclusive, NotApplicable, checks_of, collect, only
-from frobs_devkit.testing.environment import (
-    api,
-    columns,
-    lifecycle,
-    outputs,
-    randomization,
-    rendering,
-    rewards,
-    seeding,
-    state,
-    step_results,
-    success,
-    vector,
-)
+from frobs_devkit.testing.checks import Check, Inconclusive, NotApplicable, checks_in, collect, only
 from frobs_devkit.testing.environment.under_test import EnvUnderTest
 
-CHECKS = checks_of(
-    outputs, seeding, api, lifecycle, step_results, columns, rewards, state, success, vector, randomization, rendering
+CHECKS = checks_in(
+    __name__,
+    "outputs seeding api lifecycle step_results columns rewards state success vector randomization rendering",
 )
 """All environment checks, in the order in which they run."""
 
 SKELETON = re.compile(r"Skeleton-v[0-9]+$")
-"""Pattern for the IDs of environments whose task ``frobs migrate`` could not translate."""
+"""Pattern for the IDs of environments whose task is a placeholder that ``frobs migrate`` wrote."""
 
 
 def check_env(id: str, **kwargs: Any) -> list[Check]:

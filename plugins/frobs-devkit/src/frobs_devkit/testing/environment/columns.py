@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import closing
-
 import gymnasium as gym
 import numpy as np
 
@@ -11,13 +9,12 @@ from frobs_core.util.arrays import Floats
 from frobs_devkit.testing.checks import NotApplicable, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.environment.rollout import draw_actions
-from frobs_devkit.testing.environment.under_test import EnvUnderTest, inside, require_ours
+from frobs_devkit.testing.environment.under_test import EnvUnderTest, inside
 
 
 def actions_move_their_joints(subject: EnvUnderTest) -> None:
     """Each action part affects only its joint group, and joints without a controller keep their home positions."""
-    with closing(subject.make()) as env:
-        require_ours(env)
+    with subject.ours() as env:
         control, space = inside(env).control, env.action_space
         if len(control.controllers) == 1 or not isinstance(space, gym.spaces.Box):
             raise NotApplicable("one controller moves all joints")
@@ -61,8 +58,7 @@ def actions_move_their_joints(subject: EnvUnderTest) -> None:
 
 def terms_fill_their_columns(subject: EnvUnderTest) -> None:
     """Each observation term writes its current value to its own columns, and the columns have no gaps."""
-    with closing(subject.make()) as env:
-        require_ours(env)
+    with subject.ours() as env:
         if inside(env).randomization is not None:
             raise NotApplicable("randomized values may be delayed")
         observations = inside(env).observations

@@ -14,7 +14,7 @@ from frobs_core.util.errors import FrobsError, InvalidActionError, ResetNeededEr
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect, expect_raises
 from frobs_devkit.testing.compare import difference, expect_close, expect_same, row
 from frobs_devkit.testing.environment.rollout import draw_actions
-from frobs_devkit.testing.environment.under_test import EnvUnderTest, inside, observes_truly, require_ours
+from frobs_devkit.testing.environment.under_test import EnvUnderTest, inside, observes_truly
 
 _LONGEST = 400
 
@@ -22,8 +22,7 @@ _LONGEST = 400
 def time_advances(subject: EnvUnderTest) -> None:
     """Each step advances the time by exactly ``control_timestep``, and a reset sets the time to 0."""
     subject.require_pause()
-    with closing(subject.make()) as env:
-        require_ours(env)
+    with subject.ours() as env:
         simulation, dt = inside(env).simulation, inside(env).control_timestep
         for seed in (0, 1):
             env.reset(seed=seed)
@@ -43,8 +42,7 @@ def time_advances(subject: EnvUnderTest) -> None:
 
 def step_needs_reset(subject: EnvUnderTest) -> None:
     """A step before the first reset or after the end of an episode raises ResetNeededError."""
-    with closing(subject.make()) as wrapped:
-        require_ours(wrapped)
+    with subject.ours() as wrapped:
         env = wrapped.unwrapped
         actions = draw_actions(env.action_space, _LONGEST, seed=4)
         _expect_raises(ResetNeededError, env, actions[0], "a step before the first reset")
@@ -71,8 +69,7 @@ def bad_actions_refused(subject: EnvUnderTest) -> None:
     A rejected action does not affect later observations.
     """
     subject.require_pause()
-    with closing(subject.make()) as wrapped:
-        require_ours(wrapped)
+    with subject.ours() as wrapped:
         env = wrapped.unwrapped
         good = draw_actions(env.action_space, 6, seed=2)
         bad = _bad_actions(env.action_space)
@@ -94,8 +91,7 @@ def bad_actions_refused(subject: EnvUnderTest) -> None:
 
 def reset_options_hold(subject: EnvUnderTest) -> None:
     """A reset applies the options that the task declares and rejects unknown options."""
-    with closing(subject.make()) as env:
-        require_ours(env)
+    with subject.ours() as env:
         with expect_raises(UnknownParameterError, "reset(options={'no_such_option': …})"):
             env.reset(seed=0, options={"no_such_option": 1.0})
         seen = False
@@ -125,8 +121,7 @@ def reset_options_hold(subject: EnvUnderTest) -> None:
 def options_hold_by_row(subject: EnvUnderTest) -> None:
     """If only some environments of a batch are reset, each of these environments uses its own row of a reset option."""
     subject.require_pause()
-    with closing(subject.make()) as single:
-        require_ours(single)
+    with subject.ours() as single:
         tried = {name: _two_values(single, name) for name in inside(single).task.reset_options}
         given = {name: values for name, values in tried.items() if values is not None}
         if not given:
@@ -150,17 +145,14 @@ def _two_values(env: Any, name: str) -> tuple[Any, Any] | None:
     """Return two accepted values of an option that give different initial states, or None if none are found."""
     accepted: list[tuple[Any, Any]] = []
     for seed in (1, 2):
-        goal, marks = _goal(env.reset(seed=seed)[0]), [mark.pos[0] for mark in inside(env).task.markers()]
-        robot = inside(env).robot
-        tool = robot.frame_pose("tcp")[0][0] + 0.01
-        joints = _some_joint_positions(robot) + (0.01 * seed if name == "joint_positions" else 0.0)
-        for value in deepcopy([*([] if goal is None else [goal]), *marks, tool, joints]):
-            try:
-                begun = deepcopy(env.reset(seed=0, options={name: value})[0])
-            except (FrobsError, ValueError):  # the value has the wrong shape or is out of reach
+        joints = _some_joint_positions(inside(env).robot) + (0.01 * seed if name == "joint_positions" else 0.0)
+        for value in (*_reset_values(env, seed), joints):
+            begun = _begin(env, 0, {name: value})
+            if begun is None:
                 continue
-            if all(np.shape(value) == np.shape(one) and difference(begun, seen) for one, seen in accepted):
-                accepted.append((value, begun))
+            seen = begun["observation"]
+            if all(np.shape(value) == np.shape(one) and difference(seen, other) for one, other in accepted):
+                accepted.append((value, seen))
             if len(accepted) == 2:
                 return accepted[0][0], accepted[1][0]
     return None
@@ -168,29 +160,30 @@ def _two_values(env: Any, name: str) -> tuple[Any, Any] | None:
 
 def _changes_the_beginning(env: Any, name: str) -> bool | None:
     """Return whether an option changes the initial state of an episode, or None if no tested value is accepted."""
+    values = (*_reset_values(env, 1), np.full(2, 0.3), _some_joint_positions(inside(env).robot), 0.3)
+    plain = _begin(env, 0)
+    accepted = (begun for value in values if (begun := _begin(env, 0, {name: value})) is not None)
+    begun = next(accepted, None)
+    return None if begun is None else difference(plain, begun) is not None
+
+
+def _reset_values(env: Any, seed: int) -> list[Any]:
+    """Return values that a reset option may accept: the goal and the markers of an episode, and a tool position."""
+    goal, tool = _goal(env.reset(seed=seed)[0]), inside(env).robot.frame_pose("tcp")[0][0] + 0.01
+    marks = [mark.pos[0] for mark in inside(env).task.markers()]
+    return deepcopy([*([] if goal is None else [goal]), *marks, tool])
+
+
+def _begin(env: Any, seed: int, options: dict[str, Any] | None = None) -> dict[str, Any] | None:
+    """Begin an episode, and return its initial state, or None if the environment rejects the options."""
     robot, task = inside(env).robot, inside(env).task
-
-    def begin(seed: int, options: dict[str, Any] | None = None) -> dict[str, Any]:
+    try:
         observation, _ = env.reset(seed=seed, options=options)
-        marks = [mark.pos for mark in task.markers()]
-        return deepcopy(
-            {"observation": observation, "marks": marks, "robot": robot.joint_positions, "base": robot.base_pose}
-        )
-
-    other = begin(1)
-    plain, goal = begin(0), _goal(other["observation"])
-    values = [
-        *([] if goal is None else [goal]),
-        *(mark[0] for mark in other["marks"]),
-        robot.frame_pose("tcp")[0][0] + 0.01,
-    ]
-    for value in (*values, np.full(2, 0.3), _some_joint_positions(robot), 0.3):
-        try:
-            begun = begin(0, {name: value})
-        except (FrobsError, ValueError):  # the value has the wrong shape or is out of reach
-            continue
-        return difference(plain, begun) is not None
-    return None
+    except (FrobsError, ValueError):  # a value has the wrong shape or is out of reach
+        return None
+    marks = [mark.pos for mark in task.markers()]
+    state = {"observation": observation, "marks": marks, "robot": robot.joint_positions, "base": robot.base_pose}
+    return deepcopy(state)
 
 
 def _goal(observation: Any) -> Any:

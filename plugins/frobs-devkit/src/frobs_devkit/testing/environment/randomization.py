@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import closing
 from dataclasses import replace
 from typing import Any
 
-from frobs_core import plugins
 from frobs_core.contracts import CommandMode
 from frobs_core.description import Bumper, Sensor
+from frobs_core.kernel.robot_config import find_record
 from frobs_core.plugins.records import Level, SimulatorRecord
 from frobs_core.sensing.randomization import find_units, physical_parameters
 from frobs_devkit.testing.checks import NotApplicable, after
 from frobs_devkit.testing.environment import seeding, state, vector
-from frobs_devkit.testing.environment.under_test import EnvUnderTest, inside, require_ours
+from frobs_devkit.testing.environment.under_test import EnvUnderTest, inside
 
 _PHYSICS: Mapping[str, Mapping[str, Any]] = {
     "mass": {"target": "*", "scale": [0.8, 1.2]},
@@ -42,8 +41,7 @@ def randomized_state_is_complete(subject: EnvUnderTest) -> None:
 
 def _randomize_everything(subject: EnvUnderTest) -> EnvUnderTest:
     """Return the subject with all supported randomization, or unchanged if it already uses randomization."""
-    with closing(subject.make()) as env:
-        require_ours(env)
+    with subject.ours() as env:
         if inside(env).randomization is not None:
             return subject
         return EnvUnderTest(subject.id, {**subject.kwargs, "randomize": _everything(subject, inside(env))})
@@ -51,8 +49,7 @@ def _randomize_everything(subject: EnvUnderTest) -> EnvUnderTest:
 
 def _everything(subject: EnvUnderTest, env: Any) -> dict[str, Any]:
     name = {"simulator": "mujoco", **subject.spec.kwargs, **subject.kwargs}["simulator"]
-    record = plugins.get_record("simulator", name)
-    assert isinstance(record, SimulatorRecord)
+    record = find_record(SimulatorRecord, name)
     mode = env.robot.command_mode
     without_effect = {"stiffness": mode is not CommandMode.POSITION, "damping": mode is CommandMode.EFFORT}
     everything: dict[str, Any] = {
@@ -72,8 +69,7 @@ def _everything(subject: EnvUnderTest, env: Any) -> dict[str, Any]:
 @after("disabled_equals_single", "snapshot_continues")
 def sensors_may_be_bad(subject: EnvUnderTest) -> None:
     """With imperfect sensors, batched and single environments match, and a restored batch continues as before."""
-    with closing(subject.make()) as env:
-        require_ours(env)
+    with subject.ours() as env:
         there = inside(env).robot.robot.sensors
         bad = {name: _spoil(sensor, inside(env).control_timestep) for name, sensor in there.items()}
     if not bad:

@@ -38,8 +38,6 @@ def render_draws(subject: EnvUnderTest) -> None:
 
 
 class _Rendering(gym.Wrapper[Any, Any, Any, Any]):
-    """A wrapper that renders after every step."""
-
     def step(self, action: Any) -> Any:
         result = self.env.step(action)
         self.env.render()

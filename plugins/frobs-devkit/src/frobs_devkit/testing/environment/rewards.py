@@ -10,13 +10,12 @@ import numpy as np
 from frobs_core.util.errors import FrobsError
 from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.compare import expect_close
-from frobs_devkit.testing.environment.episodes import PATH, begin_with_goal, longest_path, random_steps
+from frobs_devkit.testing.environment.rollout import PATH, begin_with_goal, longest_path, random_steps
 from frobs_devkit.testing.environment.under_test import (
     EnvUnderTest,
     inside,
     is_ours,
     observes_truly,
-    require_ours,
 )
 
 _NEAR_STEPS = 5  # number of steps in episodes that start at their goal
@@ -25,8 +24,7 @@ _TERM = "frobs/reward/"
 
 def terms_sum_to_reward(subject: EnvUnderTest) -> None:
     """The reward terms of each step add up to the step's reward."""
-    with closing(subject.make()) as env:
-        require_ours(env)
+    with subject.ours() as env:
         steps = random_steps(env)
     names = {key for _, _, info in steps for key in info if key.startswith(_TERM)}
     if not names:
@@ -82,8 +80,7 @@ def compute_reward_equals_step(subject: EnvUnderTest) -> None:
 def approaching_pays(subject: EnvUnderTest) -> None:
     """A motion earns a higher reward if it leads toward the goal than if it leads away from the goal."""
     subject.require_pause()
-    with closing(subject.make()) as env:
-        require_ours(env)
+    with subject.ours() as env:
         task = inside(env).task
         if "goal" not in task.reset_options:
             raise NotApplicable("goals cannot be set")

@@ -13,7 +13,7 @@ from gymnasium.vector import AutoresetMode
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.compare import difference
 from frobs_devkit.testing.environment.rollout import draw_actions
-from frobs_devkit.testing.environment.under_test import EnvUnderTest, inside, is_ours, require_ours
+from frobs_devkit.testing.environment.under_test import EnvUnderTest, inside, is_ours
 
 _LONGEST = 1_000
 _FOREIGN = ("is_success", "episode", "final_obs", "final_info", "TimeLimit.truncated", "time_limit_reached")
@@ -22,8 +22,7 @@ _FOREIGN = ("is_success", "episode", "final_obs", "final_info", "TimeLimit.trunc
 def step_shows_its_action(subject: EnvUnderTest) -> None:
     """Opposite actions in the same state result in different observations and rewards in that step."""
     subject.require_pause()
-    with closing(subject.make()) as env:
-        require_ours(env)
+    with subject.ours() as env:
         if inside(env).randomization is not None:
             raise NotApplicable("randomized values may be delayed")
         space = env.action_space
@@ -110,8 +109,7 @@ def ends_have_their_reason(subject: EnvUnderTest) -> None:
 
 def info_keys_have_their_prefix(subject: EnvUnderTest) -> None:
     """All info keys begin with ``frobs/``, except ``is_success`` and the standard keys of wrappers."""
-    with closing(subject.make()) as env:
-        require_ours(env)
+    with subject.ours() as env:
         infos = [env.reset(seed=0)[1], *(env.step(action)[4] for action in draw_actions(env.action_space, 3, seed=0))]
     for info in infos:
         odd = [key for key in info if not key.startswith("frobs/") and key not in _FOREIGN]

@@ -18,15 +18,20 @@ from frobs_core.plugins import registry
 from frobs_core.util.errors import ConfigurationError, FrobsError
 from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import batch_of_one
-from frobs_devkit.testing.environment.episodes import PATH, RANDOM_STEPS, begin_with_goal, longest_path, random_steps
-from frobs_devkit.testing.environment.rollout import draw_actions
+from frobs_devkit.testing.environment.rollout import (
+    PATH,
+    RANDOM_STEPS,
+    begin_with_goal,
+    draw_actions,
+    longest_path,
+    random_steps,
+)
 from frobs_devkit.testing.environment.under_test import (
     EnvUnderTest,
     achieved_goal,
     inside,
     is_ours,
     observes_truly,
-    require_ours,
 )
 
 _EXPERT_EPISODES = 5
@@ -50,8 +55,7 @@ def success_in_every_step(subject: EnvUnderTest) -> None:
 
 def success_comes_and_goes(subject: EnvUnderTest) -> None:
     """Not all steps are successful, reaching the goal is reported as success, and the task's expert succeeds."""
-    with closing(subject.make()) as env:
-        require_ours(env)
+    with subject.ours() as env:
         values = {info.get("is_success") for _, _, info in random_steps(env)}
         expect(
             values != {1.0},
@@ -81,8 +85,7 @@ def success_comes_and_goes(subject: EnvUnderTest) -> None:
 def success_belongs_to_its_step(subject: EnvUnderTest) -> None:
     """Success describes the state at the end of the step, and sparse rewards are higher in successful steps."""
     subject.require_pause()
-    with closing(subject.make()) as env:
-        require_ours(env)
+    with subject.ours() as env:
         sparse = "sparse" in inside(env).task.reward_types
     rewards: dict[bool, list[float]] = {True: [], False: []}
     ended_in_success = False
@@ -165,7 +168,6 @@ def _visits(env: Any) -> Iterator[list[_Step]]:
 
 
 def _watch(env: Any, actions: Iterable[Any]) -> list[_Step]:
-    """Play actions until the episode ends."""
     steps, task = [], inside(env).task
     for action in actions:
         _, reward, terminated, truncated, info = env.step(action)
@@ -192,11 +194,7 @@ def _measured_again(env: Any) -> bool:
 
 
 def _expert_actions(env: _Seeing) -> Iterator[Any]:
-    """Begin an episode, and yield the actions of the task's expert up to the first success, and then random actions.
-
-    Raises:
-        ConfigurationError: The expert does not support the controllers.
-    """
+    """Begin an episode, and yield the actions of the task's expert up to the first success, and then random actions."""
     expert = load_policy("expert", env)
     env.reset(seed=0)
     for action in _act(expert, env):
@@ -229,11 +227,7 @@ def _act(expert: Policy, env: _Seeing) -> Iterator[Any]:
 
 
 def _success_of_expert(env: _Seeing) -> float:
-    """Return 1.0 if the task's expert succeeds, or 0.0 if the expert does not support the controllers.
-
-    Raises:
-        CheckFailure: The expert does not succeed in any of several episodes.
-    """
+    """Return 1.0 if the expert succeeds in one of several episodes, or 0.0 if it does not support the controllers."""
     try:
         expert = load_policy("expert", env)
     except ConfigurationError:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import importlib
 import inspect
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -63,6 +64,17 @@ class EnvUnderTest:
         Gymnasium's passive checker is disabled, because the checks here are more precise than its warnings.
         """
         return gym.make(self.self_importing_id, disable_env_checker=True, **{**self.kwargs, **kwargs})
+
+    @contextmanager
+    def ours(self) -> Iterator[Any]:
+        """Create a single environment of FRobs, and close it at the end of the ``with`` block.
+
+        Raises:
+            NotApplicable: The environment is from another package.
+        """
+        with closing(self.make()) as env:
+            require_ours(env)
+            yield env
 
     def make_vec(self, num_envs: int, mode: AutoresetMode, **kwargs: Any) -> gym.vector.VectorEnv[Any, Any, Any]:
         """Create the native batch, or Gymnasium's ``SyncVectorEnv`` if the environment has no native batch.

@@ -14,7 +14,7 @@ from gymnasium.vector import AutoresetMode
 from frobs_devkit.testing.checks import Inconclusive, after, expect
 from frobs_devkit.testing.compare import expect_same, row
 from frobs_devkit.testing.environment.rollout import Transition, advance, draw_actions, expect_same_transition
-from frobs_devkit.testing.environment.under_test import EnvUnderTest, require_ours
+from frobs_devkit.testing.environment.under_test import EnvUnderTest
 
 NUM_ENVS = 7
 STEPS = 300
@@ -60,16 +60,13 @@ def next_step_equals_single(subject: EnvUnderTest) -> None:
                 what = f"environment {i} of {NUM_ENVS}, step {k + 1}"
                 before = ended[i]
                 if before is not None:
-                    expect_same(
-                        before.reset_observation,
-                        row(observation, i),
-                        f"{what}, in which the environment is reset: the observation",
-                    )
+                    what = f"{what}, in which the environment is reset"
+                    expect_same(before.reset_observation, row(observation, i), f"{what}: the observation")
                     outcome = (float(reward[i]), bool(terminated[i]), bool(truncated[i]))
+                    expected_outcome = (0.0, False, False)
                     expect(
-                        outcome == (0.0, False, False),
-                        f"{what}, in which the environment is reset: reward, terminated and truncated are {outcome}; "
-                        "expected (0.0, False, False).",
+                        outcome == expected_outcome,
+                        f"{what}: reward, terminated and truncated are {outcome}; expected {expected_outcome}.",
                     )
                     ended[i] = None
                     continue
@@ -98,26 +95,22 @@ def disabled_equals_single(subject: EnvUnderTest) -> None:
                 actual = _transition(row(observation, i), reward, terminated, truncated, info, i, row(fresh, i))
                 expect_same_transition(expected, actual, what)
                 if mask.any() and not mask[i]:
-                    expect_same(
-                        expected.observation,
-                        row(fresh, i),
-                        f"{what}, while other environments are reset: the observation",
-                    )
+                    what = f"{what}, while other environments are reset: the observation"
+                    expect_same(expected.observation, row(fresh, i), what)
     singles.expect_ends()
 
 
 @after("same_seed_repeats")
 def threads_agree(subject: EnvUnderTest) -> None:
     """A batch with one thread and a batch with two threads give bit-identical results."""
-    with closing(subject.make()) as single:
-        require_ours(single)
     plays = []
-    for threads in (1, 2):
-        with closing(subject.make_vec(NUM_ENVS, AutoresetMode.SAME_STEP, num_threads=threads)) as env:
-            trace: list[Any] = [env.reset(seed=_SEED)[0]]
-            for action in draw_actions(env.action_space, 60, seed=9):
-                trace.append(env.step(action)[:4])
-            plays.append(trace)
+    with subject.ours():
+        for threads in (1, 2):
+            with closing(subject.make_vec(NUM_ENVS, AutoresetMode.SAME_STEP, num_threads=threads)) as env:
+                trace: list[Any] = [env.reset(seed=_SEED)[0]]
+                for action in draw_actions(env.action_space, 60, seed=9):
+                    trace.append(env.step(action)[:4])
+                plays.append(trace)
     for k, (one, two) in enumerate(zip(*plays, strict=True)):
         expect_same(one, two, f"step {k} with two threads, compared with one thread")
 
@@ -145,10 +138,7 @@ class _Singles:
             if length == reset_after:
                 observation = row([env.reset()[0]], 0)
                 transition = Transition(**{**vars(transition), "reset_observation": observation})
-                length, reset_after = (
-                    0,
-                    STEPS + 1,
-                )  # reset only once, which puts this environment out of phase with the others
+                length, reset_after = 0, STEPS + 1  # a single reset puts this environment out of phase with others
             play.append(transition)
         return play
 

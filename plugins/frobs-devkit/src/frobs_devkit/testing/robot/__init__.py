@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from frobs_core import plugins
 from frobs_core.description import Robot
+from frobs_core.kernel.robot_config import find_record
 from frobs_core.plugins.records import RobotRecord, SimulatorRecord
 from frobs_devkit.testing.checks import Check, checks_of, collect
 from frobs_devkit.testing.robot import description, in_simulation, sensors
@@ -23,7 +24,8 @@ def check_robot(robot: str | Robot | RobotRecord, simulators: Sequence[str] | No
 
     Args:
         robot: Name of an installed robot, a robot description, or the record of a robot that is not installed yet.
-        simulators: Names of the simulators for the checks. Defaults to all simulators that can be imported.
+        simulators: Names of the simulators for the checks. Defaults to all simulators that can be imported and are
+            not paced.
 
     Raises:
         UnknownNameError: The robot or a simulator does not exist.
@@ -31,8 +33,7 @@ def check_robot(robot: str | Robot | RobotRecord, simulators: Sequence[str] | No
     source = plugins.get_record("robot", robot) if isinstance(robot, str) else robot
     assert isinstance(source, Robot | RobotRecord)
     checks = collect(RobotUnderTest(source), DESCRIPTION_CHECKS)
-    for name in plugins.importable("simulator") if simulators is None else simulators:
-        record = plugins.get_record("simulator", name)
-        assert isinstance(record, SimulatorRecord)
-        checks += [check.under(name) for check in collect(RobotUnderTest(source, record), SIMULATION_CHECKS)]
+    for name in plugins.engines() if simulators is None else simulators:
+        subject = RobotUnderTest(source, find_record(SimulatorRecord, name))
+        checks += [check.under(name) for check in collect(subject, SIMULATION_CHECKS)]
     return checks

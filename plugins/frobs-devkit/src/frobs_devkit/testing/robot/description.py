@@ -17,6 +17,7 @@ from frobs_core.models import (
     composite_inertia,
     default_gains,
     default_tcp,
+    gravity_efforts,
     home_positions,
     inertia_matrix,
     joint_path,
@@ -25,14 +26,15 @@ from frobs_core.models import (
 )
 from frobs_core.util.arrays import Floats
 from frobs_core.util.rotations import quat_rotate
-from frobs_devkit.doctor.bodies import body_findings
-from frobs_devkit.doctor.joints import gravity_efforts, joint_facts, joint_findings
+from frobs_devkit.doctor.bodies import body_findings, is_significant
+from frobs_devkit.doctor.joints import joint_facts, joint_findings
+from frobs_devkit.doctor.robot import note_advice
 from frobs_devkit.doctor.robot_report import Finding, Severity
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.robot.under_test import RobotUnderTest
 from frobs_devkit.testing.simulator.robots import ARM, model_of
-from frobs_models import link_bounds
+from frobs_models import link_bounds, lowest_points, random_postures
 
 _LIGHT = 0.02  # fraction of the robot's mass below which a link needs no collision shape
 _FARTHEST = 20.0  # [m] maximum plausible position of a prismatic joint
@@ -42,8 +44,10 @@ _SOFTEST, _DAMPING = 0.1, (0.04, 25.0)  # minimum stiffness and range of damping
 _SLOWEST = 0.5  # [s] maximum time constant Kd / Kp
 _SLOWEST_OMEGA, _SAG, _POSTURES = 8.0, 0.1, 16  # [rad/s], [rad or m], number of postures in which joints carry weight
 _RINGING = 0.2  # minimum damping ratio
+_UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 _STILL = 1e-4  # [m] change of a distance that is none
 _NEAR = 0.01  # [m], maximum distance between the tcp's and the tool's origins
+_BELOW, _LIFTS = -0.01, 64  # [m] tolerated height, and number of postures that may lift a link above the floor
 
 
 def model_has_joints(subject: RobotUnderTest) -> None:
@@ -69,7 +73,7 @@ def limits_are_stated(subject: RobotUnderTest) -> None:
             if np.isinf(limit):
                 missing.append(f"{name} of '{joint.name}'")
     if missing:
-        raise Inconclusive(f"the model has no limits for {', '.join(missing)}")
+        raise Inconclusive(f"the model has no limits for {', '.join(missing)}; state them if the file format can")
 
 
 def limits_are_in_radians(subject: RobotUnderTest) -> None:
@@ -97,6 +101,38 @@ def home_is_inside_limits(subject: RobotUnderTest) -> None:
     home_positions(subject.model, subject.robot.home)
 
 
+@after("home_is_inside_limits")
+def home_is_above_floor(subject: RobotUnderTest) -> None:
+    """In the home position of a fixed base, no link is below the floor that other joint positions would lift above it."""
+    robot, model = subject.robot, subject.model
+    if robot.base != "fixed":
+        raise NotApplicable("the base is placed so that the robot stands on the floor")
+    if robot.end_effectors and not robot.groups:
+        raise NotApplicable("the robot is a tool, which an arm carries")
+    home = home_positions(model, robot.home)
+    below = {link: height for link, height in lowest_points(model, home, _UPRIGHT).items() if height < _BELOW}
+    if below:
+        heights = [lowest_points(model, posture, _UPRIGHT) for posture in random_postures(model, _LIFTS)]
+        below = {link: height for link, height in below.items() if max(each[link] for each in heights) > 0.0}
+    lowest = min(below, key=below.__getitem__, default="")
+    expect(
+        not below,
+        f"in the home position, {len(below)} links reach below the floor, and the lowest is '{lowest}' at "
+        f"{below.get(lowest, 0.0):.3g} m; choose another home position (home={{…}}), or raise the robot in the "
+        "environment (pose={'pos': [0, 0, "
+        f"{-below.get(lowest, 0.0):.3g}]}}).",
+    )
+
+
+@after("home_is_inside_limits")
+def efforts_hold_home(subject: RobotUnderTest) -> None:
+    """The effort limits are large enough to hold the home position of a fixed base against gravity."""
+    if subject.robot.base != "fixed":
+        raise NotApplicable("the base can tilt and move")
+    facts = joint_facts(subject.model, home_positions(subject.model, subject.robot.home))
+    _expect_none(joint_findings(subject.model, facts), "too-weak")
+
+
 def tcp_moves(subject: RobotUnderTest) -> None:
     """The tool center point is a link that moves with the joints, except on a wheeled robot."""
     model = subject.model
@@ -113,15 +149,14 @@ def tcp_moves(subject: RobotUnderTest) -> None:
     expect(moves, f"no joint moves the tcp '{tcp}'; choose a link at the end of the kinematic chain.")
     fixed = {joint.name for joint in joint_path(model, tcp)}
     for name in names:
-        beyond = [
-            joint.name
-            for joint in joint_path(model, name)
-            if joint.name in model.joint_names and joint.name not in fixed
-        ]
-        on_chain = tcp in [joint.parent for joint in joint_path(model, name)]
+        path = joint_path(model, name)
+        beyond = [joint.name for joint in path if joint.name in model.joint_names and joint.name not in fixed]
+        on_chain = tcp in [joint.parent for joint in path]
+        moves_gripper = len(beyond) < 2 and not (
+            beyond and usual_rank(name)
+        )  # a joint after the tcp may move a gripper
         expect(
-            not on_chain
-            or (len(beyond) < 2 and not (beyond and usual_rank(name))),  # a joint after the tcp may move a gripper
+            not on_chain or moves_gripper,
             f"joints {', '.join(beyond)} move the link '{name}' but not the tcp '{tcp}', which is closer to the "
             "base; choose a link at the end of the kinematic chain.",
         )
@@ -175,9 +210,10 @@ def inertias_are_possible(subject: RobotUnderTest) -> None:
 def inertias_fit_sizes(subject: RobotUnderTest) -> None:
     """Moments of inertia have the order of magnitude of the link's mass and size, so they are in kg·m²."""
     model = subject.model
+    significant = is_significant(model)
     lengths = [float(np.linalg.norm(joint.origin.pos)) for joint in model.joints]
     for link in model.links:
-        if link.inertial is None or link.inertial.mass <= 0.0:
+        if link.inertial is None or link.inertial.mass <= 0.0 or not significant(link.inertial):
             continue  # the check inertias_are_possible reports masses that are not positive
         bounds = link_bounds(link)
         # without a shape, a link is at most as large as the robot, and nothing limits how small it is
@@ -209,24 +245,23 @@ def moving_links_touch(subject: RobotUnderTest) -> None:
 
 
 def _expect_none(findings: Iterable[Finding], *codes: str) -> None:
-    """Raise CheckFailure if any finding with one of the given codes is more severe than a note."""
     odd = [one for one in findings if one.code in codes and one.severity is not Severity.NOTE]
     expect(not odd, "; ".join(f"{one.about}: {one.problem}; {one.advice}" for one in odd) + ".")
 
 
 def notes_are_none(subject: RobotUnderTest) -> None:
     """The model file can be read without repairing or ignoring elements."""
-    notes = [str(note) for note in subject.model.notes if note.fault]
-    expect(not notes, f"reading {subject.model.path.name}: {'; '.join(notes)}.")
+    faults = [note for note in subject.model.notes if note.fault]
+    notes, advice = "; ".join(map(str, faults)), "; ".join(dict.fromkeys(map(note_advice, faults)))
+    expect(not faults, f"reading {subject.model.path.name}: {notes}. To fix: {advice}.")
 
 
 def gains_are_positive(subject: RobotUnderTest) -> None:
     """All joints have a damping gain and, unless the robot is wheeled, a stiffness gain."""
     gains, model = subject.gains, subject.model
     for owner in (gains.stiffness, gains.damping):
-        unknown = (
-            [name for name in owner if name not in model.joint_names] if not isinstance(owner, float | int) else []
-        )
+        named = () if isinstance(owner, float | int) else owner
+        unknown = [name for name in named if name not in model.joint_names]
         expect(not unknown, f"the gains contain {unknown}, but the actuated joints are {', '.join(model.joint_names)}.")
     for name in model.joint_names:
         kp, kd = gains.of(name)
@@ -243,9 +278,7 @@ def gains_suit_the_masses(subject: RobotUnderTest) -> None:
     model = subject.model
     home = home_positions(model, subject.robot.home)
     usual, moved = default_gains(model, home), composite_inertia(model, home)
-    low = np.maximum([joint.limits.lower for joint in model.actuated_joints], -np.pi)
-    high = np.minimum([joint.limits.upper for joint in model.actuated_joints], np.pi)
-    postures = [home, *np.random.default_rng(0).uniform(low, high, (_POSTURES, len(home)))]
+    postures = [home, *random_postures(model, _POSTURES)]
     weights = np.abs([gravity_efforts(model, posture) for posture in postures]).max(axis=0)
     for joint in model.actuated_joints:
         name, (kp, kd) = joint.name, subject.gains.of(joint.name)
@@ -291,13 +324,12 @@ def parts_exist(subject: RobotUnderTest) -> None:
         f"the robot's base is '{robot.base}'; expected 'fixed', 'floating' or 'wheeled'.",
     )
     links = [link.name for link in model.links]
-    for name, friction in robot.friction.items():
-        expect(name in links, f"the robot's 'friction' has an entry for '{name}', which is not a link.")
-        expect(0 <= friction < np.inf, f"the friction of '{name}' is {friction}; it must be finite and not negative.")
     moving = [joint.name for joint in model.joints if joint.type is not JointType.FIXED]
-    for name, armature in robot.armature.items():
-        expect(name in moving, f"the robot's 'armature' has an entry for '{name}', which is not a joint.")
-        expect(0 <= armature < np.inf, f"the armature of '{name}' is {armature}; it must be finite and not negative.")
+    tables = (("friction", robot.friction, "link", links), ("armature", robot.armature, "joint", moving))
+    for what, values, kind, known in tables:
+        for name, value in values.items():
+            expect(name in known, f"the robot's '{what}' has an entry for '{name}', which is not a {kind}.")
+            expect(0 <= value < np.inf, f"the {what} of '{name}' is {value}; it must be finite and not negative.")
     drive = robot.differential_drive
     if drive is not None:
         unknown = [joint for joint in (*drive.left, *drive.right) if joint not in model.joint_names]
@@ -399,9 +431,8 @@ def end_effectors_attach(subject: RobotUnderTest) -> None:
         arm_with_tool.groups.get("kit", ()) == names,
         f"the joint group of the attached tool is {arm_with_tool.groups.get('kit')}; expected {names}.",
     )
-    masses = [
-        sum(link.inertial.mass for link in m.links if link.inertial) for m in (joined, model, model_of(ARM.model))
-    ]
+    models = (joined, model, model_of(ARM.model))
+    masses = [sum(link.inertial.mass for link in each.links if link.inertial) for each in models]
     expect_close(masses[1] + masses[2], masses[0], 1e-9, "mass of an arm with the tool [kg]")
     home = home_positions(joined, arm_with_tool.home)
     own = home_positions(model, tool.home)

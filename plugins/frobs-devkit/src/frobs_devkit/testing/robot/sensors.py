@@ -9,8 +9,9 @@ import numpy as np
 from frobs_core.description import Bumper, Lidar, Sensor
 from frobs_core.plugins.records import Level
 from frobs_core.sensing.sensors import instrument_of
+from frobs_devkit.simulations import TIMESTEP
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
-from frobs_devkit.testing.robot.under_test import TIMESTEP, RobotUnderTest
+from frobs_devkit.testing.robot.under_test import RobotUnderTest
 
 
 def sensors_are_fixed(subject: RobotUnderTest) -> None:

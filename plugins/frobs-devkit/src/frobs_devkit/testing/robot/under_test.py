@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 
 from frobs_core.contracts import CommandMode, RobotHandle, Simulation
 from frobs_core.description import DriveGains, Placement, Robot, Scene
-from frobs_core.models import RobotModel, default_gains, home_positions, load_model
+from frobs_core.models import RobotModel, default_gains, home_positions
 from frobs_core.plugins.records import Level, RobotRecord, SimulatorRecord
 from frobs_core.sensing.sensors import with_contacts
-
-TIMESTEP = 0.002
-"""Duration of one physics step [s]."""
+from frobs_devkit.simulations import simulate
 
 
 @dataclass(frozen=True)
@@ -32,7 +30,7 @@ class RobotUnderTest:
     @property
     def model(self) -> RobotModel:
         """The parsed model file."""
-        return load_model(self.robot.model, xacro_args=self.robot.xacro_args, package_paths=self.robot.package_paths)
+        return self.robot.read_model()
 
     @property
     def gains(self) -> DriveGains:
@@ -47,7 +45,5 @@ class RobotUnderTest:
         scene = scene or Scene()
         if self.simulator.capabilities.get("contacts", Level.UNSUPPORTED):
             scene = with_contacts(scene, {"robot": placement})
-        made: Simulation = self.simulator.load()({"robot": placement}, scene, num_envs=1, physics_timestep=TIMESTEP)
-        with closing(made) as simulation:
-            simulation.reset()
-            yield simulation, simulation.robots["robot"]
+        with simulate(self.simulator, placement, scene) as built:
+            yield built

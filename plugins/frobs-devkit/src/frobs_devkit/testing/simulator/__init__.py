@@ -2,42 +2,15 @@
 
 from __future__ import annotations
 
-from frobs_core import plugins
+from frobs_core.kernel.robot_config import find_record
 from frobs_core.plugins.records import SimulatorRecord
-from frobs_devkit.testing.checks import Check, checks_of, collect
-from frobs_devkit.testing.simulator import (
-    bodies,
-    contacts,
-    contract,
-    drive,
-    dynamics,
-    forces,
-    kinematics,
-    model_files,
-    pacing,
-    parameters,
-    rendering,
-    state,
-    stepping,
-    world,
-)
+from frobs_devkit.testing.checks import Check, checks_in, collect
 from frobs_devkit.testing.simulator.under_test import SimulatorUnderTest
 
-CHECKS = checks_of(
-    contract,
-    kinematics,
-    model_files,
-    drive,
-    dynamics,
-    stepping,
-    pacing,
-    state,
-    world,
-    bodies,
-    contacts,
-    forces,
-    rendering,
-    parameters,
+CHECKS = checks_in(
+    __name__,
+    "contract kinematics model_files drive dynamics stepping pacing state world bodies contacts forces rendering "
+    "parameters looks",
 )
 """All simulator checks, in the order in which they run."""
 
@@ -55,6 +28,4 @@ def check_simulator(simulator: str | SimulatorRecord) -> list[Check]:
     Raises:
         UnknownNameError: The simulator does not exist.
     """
-    record = plugins.get_record("simulator", simulator) if isinstance(simulator, str) else simulator
-    assert isinstance(record, SimulatorRecord)
-    return collect(SimulatorUnderTest(record), CHECKS)
+    return collect(SimulatorUnderTest(find_record(SimulatorRecord, simulator)), CHECKS)

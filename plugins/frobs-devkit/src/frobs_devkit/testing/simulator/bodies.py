@@ -17,10 +17,17 @@ from frobs_core.util.rotations import matrix_from_quat, quat_conjugate, quat_mul
 from frobs_devkit.testing.checks import NotApplicable, after, expect, expect_raises
 from frobs_devkit.testing.compare import expect_close, expect_same_pose
 from frobs_devkit.testing.simulator.robots import LIFT
-from frobs_devkit.testing.simulator.under_test import BALL, BAR, TILTED, TIMESTEP, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.under_test import (
+    BALL,
+    BAR,
+    TILTED,
+    TIMESTEP,
+    WEIGHTLESS,
+    SimulatorUnderTest,
+    verifies,
+)
 from frobs_models import MeshPart, write_stl
 
-_WEIGHTLESS = (0.0, 0.0, 0.0)
 _QUARTER_TURN = (0.5**0.5, 0.0, 0.0, 0.5**0.5)  # about z
 _TWIST = (0.3, -0.2, 0.1), (1.0, 2.0, -3.0)
 _HAMMER = Body(
@@ -50,14 +57,14 @@ _BOX = Body(
 def bodies_are_thrown(subject: SimulatorUnderTest) -> None:
     """Free bodies start with the twist from the scene and accept a new twist. Other bodies reject a twist."""
     with subject.build(
-        bodies={"ball": replace(BALL, pose=TILTED, twist=_TWIST), "bar": BAR}, gravity=_WEIGHTLESS, floor=False
+        bodies={"ball": replace(BALL, pose=TILTED, twist=_TWIST), "bar": BAR}, gravity=WEIGHTLESS, floor=False
     ) as (sim, _):
         n, ball = sim.num_envs, sim.bodies["ball"]
         for name, expected, actual in zip(("lin_vel_world", "ang_vel_world"), _TWIST, ball.twist, strict=True):
-            expect_close(np.tile(expected, (n, 1)), actual, 1e-6, f"{name} of a ball at reset")
+            subject.expect_each(expected, actual, 1e-6, f"{name} of a ball at reset")
         sim.step(100)
         flown = np.array(TILTED.pos) + 100 * TIMESTEP * np.array(_TWIST[0])
-        expect_close(np.tile(flown, (n, 1)), ball.pose[0], 1e-6, "position of a ball that starts with a twist [m]")
+        subject.expect_each(flown, ball.pose[0], 1e-6, "position of a ball that starts with a twist [m]")
         mask = np.arange(n) == 0
         ball.write_twist(np.array([[0.0, 1.0, 0.5]]), np.array([[-1.0, 0.0, 4.0]]), mask)
         for name, expected, written, actual in zip(
@@ -79,32 +86,25 @@ def compound_bodies_move(subject: SimulatorUnderTest) -> None:
     inertial = _HAMMER.inertial
     assert inertial is not None
     turn = matrix_from_quat(np.array(TILTED.quat_wxyz))
-    with subject.build(bodies={"hammer": _HAMMER}, gravity=_WEIGHTLESS, floor=False) as (sim, _):
+    with subject.build(bodies={"hammer": _HAMMER}, gravity=WEIGHTLESS, floor=False) as (sim, _):
         n, hammer = sim.num_envs, sim.bodies["hammer"]
-        expect_close(np.tile(TILTED.pos, (n, 1)), hammer.pose[0], 1e-9, "the hammer's position [m]")
-        expect_close(np.tile(_TWIST[0], (n, 1)), hammer.twist[0], 1e-6, "lin_vel_world of the hammer's origin at reset")
+        subject.expect_each(TILTED.pos, hammer.pose[0], 1e-9, "the hammer's position [m]")
+        subject.expect_each(_TWIST[0], hammer.twist[0], 1e-6, "lin_vel_world of the hammer's origin at reset")
         before = hammer.pose[0].copy()
         sim.step(1)
-        expect_close(
-            np.tile(_TWIST[0], (n, 1)), (hammer.pose[0] - before) / TIMESTEP, 0.02, "motion of the hammer's origin"
-        )
+        subject.expect_each(_TWIST[0], (hammer.pose[0] - before) / TIMESTEP, 0.02, "motion of the hammer's origin")
         if subject.level("teleport"):
             hammer.write_pose(np.tile(TILTED.pos, (n, 1)), np.tile(TILTED.quat_wxyz, (n, 1)))
-            expect_close(np.tile(TILTED.pos, (n, 1)), hammer.pose[0], 1e-9, "the hammer's written position [m]")
+            subject.expect_each(TILTED.pos, hammer.pose[0], 1e-9, "the hammer's written position [m]")
             force, torque = np.array([1.0, -0.5, 0.3]), np.array([1e-3, 2e-3, -1e-3])
             sim.apply_wrench("hammer", force[None], torque[None])
             sim.step(1)
             spin = np.linalg.solve(turn @ inertia_matrix(inertial) @ turn.T, torque) * TIMESTEP
             speed = force * TIMESTEP / inertial.mass - np.cross(spin, turn @ inertial.origin.pos)
             tolerance = subject.tolerance("wrench", exact=1e-6)
-            expect_close(
-                np.tile(spin, (n, 1)), hammer.twist[1], tolerance, "ang_vel_world of a hammer after applying a torque"
-            )
-            expect_close(
-                np.tile(speed, (n, 1)),
-                hammer.twist[0],
-                tolerance,
-                "lin_vel_world of a hammer's origin after applying a force",
+            subject.expect_each(spin, hammer.twist[1], tolerance, "ang_vel_world of a hammer after applying a torque")
+            subject.expect_each(
+                speed, hammer.twist[0], tolerance, "lin_vel_world of a hammer's origin after applying a force"
             )
 
 
@@ -117,7 +117,7 @@ def attachments_hold(subject: SimulatorUnderTest) -> None:
         "held": Attachment("robot/table", "hammer"),
         "pair": Attachment("ball", "box", Pose((0.2, 0.0, 0.1))),
     }
-    with subject.build(LIFT, bodies=bodies, attachments=attachments, gravity=_WEIGHTLESS, floor=False) as (sim, robot):
+    with subject.build(LIFT, bodies=bodies, attachments=attachments, gravity=WEIGHTLESS, floor=False) as (sim, robot):
         n = sim.num_envs
         places: dict[str, tuple[Callable[[], tuple[Floats, Floats]], str]] = {
             "pose of the hammer relative to the table": (lambda: robot.frame_pose("table"), "hammer"),
@@ -158,7 +158,7 @@ def props_give_way(subject: SimulatorUnderTest) -> None:
     with subject.build(props={"drawer": prop}) as (sim, _):
         n, drawer = sim.num_envs, sim.robots["drawer"]
         sim.step(steps)
-        expect_close(np.zeros((n, 1)), drawer.joint_positions, 1e-4, "position of a drawer that is not pulled [m]")
+        subject.expect_each(np.zeros(1), drawer.joint_positions, 1e-4, "position of a drawer that is not pulled [m]")
         mask, position, speed = np.arange(n) == 0, 0.0, 0.0
         before = drawer.frame_pose("handle")[0].copy()
         for _ in range(steps):
@@ -172,7 +172,7 @@ def props_give_way(subject: SimulatorUnderTest) -> None:
         moved = (drawer.frame_pose("handle")[0] - before)[:, 1]
         expect_close(expected, moved, tolerance, "motion of the handle along the world's y axis [m]")
         sim.reset()
-        expect_close(np.zeros((n, 1)), drawer.joint_positions, 1e-6, "position of the drawer after a reset [m]")
+        subject.expect_each(np.zeros(1), drawer.joint_positions, 1e-6, "position of the drawer after a reset [m]")
 
 
 @verifies("rays")
@@ -193,9 +193,7 @@ def every_shape_is_met(subject: SimulatorUnderTest) -> None:
             origins = np.tile([[0.0, 2.0, 2.0], [1.1, 2.1, 2.0], [2.0, 2.0, 2.0]], (n, 1, 1))
             lengths = sim.rays(origins, np.tile([0.0, 0.0, -1.0], (n, 3, 1)), 5.0)
     tolerance = max(1e-3, subject.tolerance("rays"))
-    expect_close(
-        np.tile([1.8, 1.8, 2.0], (n, 1)), lengths, tolerance, "lengths of rays down to a box, a mesh and the floor [m]"
-    )
+    subject.expect_each([1.8, 1.8, 2.0], lengths, tolerance, "lengths of rays down to a box, a mesh and the floor [m]")
 
 
 @verifies("contacts")
@@ -240,6 +238,6 @@ def frictions_brake(subject: SimulatorUnderTest) -> None:
                 refused.append(name)
                 continue
             lost = 100 * TIMESTEP * brake(value)
-            expect_close(np.full(sim.num_envs, 20.0 - lost), speed, 0.5, f"speed of a ball with a {name} of {value} m")
+            subject.expect_each(20.0 - lost, speed, 0.5, f"speed of a ball with a {name} of {value} m")
     if len(refused) == len(cases):
         raise NotApplicable("the simulator rejects torsional and rolling friction")

@@ -11,7 +11,7 @@ import numpy as np
 from frobs_core.contracts import CommandMode, RobotHandle, Simulation
 from frobs_core.description import Body, Contact
 from frobs_core.models import Box, JointType, Pose
-from frobs_devkit.testing.checks import NotApplicable, after, expect
+from frobs_devkit.testing.checks import after, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import PILE, ROVER, model_of
 from frobs_devkit.testing.simulator.under_test import BALL, WEIGHTLESS, SimulatorUnderTest, verifies
@@ -77,11 +77,9 @@ def contacts_end_with_a_reset(subject: SimulatorUnderTest) -> None:
         expect(sim.contact("standing").all(), "no contact is reported 20 steps after a reset.")
 
 
-@verifies("contacts")
+@verifies("contacts", "teleport")
 def contacts_are_those_of_all_steps(subject: SimulatorUnderTest) -> None:
     """``step_with`` reports the contacts during all its physics steps, not only during the last step."""
-    if not subject.level("teleport"):
-        raise NotApplicable("the simulator does not have the capability 'teleport'")
     on_floor = replace(BALL, pose=Pose(pos=(0.0, 2.0, 0.05)))
     contacts = {"ball": Contact(first="ball", second="floor")}
     with subject.build(bodies={"ball": on_floor}, contacts=contacts, num_threads=1) as (sim, _):

@@ -19,7 +19,15 @@ from frobs_devkit.testing.checks import NotApplicable, expect, expect_raises
 from frobs_devkit.testing.compare import expect_array, expect_close, expect_rows, expect_same
 from frobs_devkit.testing.simulator.robots import ARM, LIFT, model_of
 from frobs_devkit.testing.simulator.state import FLOATING
-from frobs_devkit.testing.simulator.under_test import BALL, TIMESTEP, WALL, SimulatorUnderTest, spread, verifies
+from frobs_devkit.testing.simulator.under_test import (
+    BALL,
+    TIMESTEP,
+    WALL,
+    WEIGHTLESS,
+    SimulatorUnderTest,
+    spread,
+    verifies,
+)
 
 
 def capabilities_are_known(subject: SimulatorUnderTest) -> None:
@@ -88,14 +96,9 @@ def writes_broadcast(subject: SimulatorUnderTest) -> None:
     with subject.build(bodies=subject.free_bodies, num_threads=1) as (sim, robot):
         n = sim.num_envs
         robot.write_joint_state(np.array([0.2, -0.3]), np.array([[0.1, 0.4]]))
-        expect_close(
-            np.tile([0.2, -0.3], (n, 1)), robot.joint_positions, 1e-12, "joint_positions after a single row was written"
-        )
-        expect_close(
-            np.tile([0.1, 0.4], (n, 1)),
-            robot.joint_velocities,
-            1e-12,
-            "joint_velocities after a single row was written",
+        subject.expect_each([0.2, -0.3], robot.joint_positions, 1e-12, "joint_positions after a single row was written")
+        subject.expect_each(
+            [0.1, 0.4], robot.joint_velocities, 1e-12, "joint_velocities after a single row was written"
         )
         if n < 3:
             return
@@ -119,13 +122,13 @@ def robots_stand_apart(subject: SimulatorUnderTest) -> None:
         ),
     }
     sim: Simulation = subject.record.load()(
-        placements, Scene(gravity=(0.0, 0.0, 0.0)), num_envs=subject.num_envs, physics_timestep=TIMESTEP, num_threads=1
+        placements, Scene(gravity=WEIGHTLESS), num_envs=subject.num_envs, physics_timestep=TIMESTEP, num_threads=1
     )
     with closing(sim):
         sim.reset()
         expect(set(sim.robots) == set(placements), f"robots is {sorted(sim.robots)}, not {sorted(placements)}.")
         n, arm, lift = sim.num_envs, sim.robots["robot"], sim.robots["other"]
-        expect_close(np.tile([3.0, 1.0, 0.0], (n, 1)), lift.base_pose[0], 1e-9, "base_pose of the second robot [m]")
+        subject.expect_each([3.0, 1.0, 0.0], lift.base_pose[0], 1e-9, "base_pose of the second robot [m]")
         target = np.tile([0.1, 0.5], (n, 1))
         lift.command(target)
         sim.step(1500)
@@ -170,7 +173,7 @@ def unknown_targets_refused(subject: SimulatorUnderTest) -> None:
 @verifies("teleport")
 def frames_of_floating_bases_move(subject: SimulatorUnderTest) -> None:
     """For a floating robot, ``frame_velocity`` includes the base's twist and predicts the motion in the next step."""
-    with subject.build(FLOATING, gravity=(0.0, 0.0, 0.0), floor=False, num_threads=1) as (sim, robot):
+    with subject.build(FLOATING, gravity=WEIGHTLESS, floor=False, num_threads=1) as (sim, robot):
         n = sim.num_envs
         robot.write_base_twist(spread(-0.4, 0.4, (n, 3)), spread(-0.6, 0.6, (n, 3), seed=1))
         before, velocity = robot.frame_pose("tcp")[0].copy(), robot.frame_velocity("tcp")[0].copy()
@@ -182,7 +185,7 @@ def frames_of_floating_bases_move(subject: SimulatorUnderTest) -> None:
 @verifies("snapshot")
 def snapshots_hold_all(subject: SimulatorUnderTest) -> None:
     """A snapshot contains new arrays with one row per environment, including the commands and command modes."""
-    with subject.build(LIFT, mode=CommandMode.VELOCITY, gravity=(0.0, 0.0, 0.0), num_threads=1) as (sim, robot):
+    with subject.build(LIFT, mode=CommandMode.VELOCITY, gravity=WEIGHTLESS, num_threads=1) as (sim, robot):
         n = sim.num_envs
         robot.command(np.tile([0.2, -0.8], (n, 1)) * (1 + np.arange(n)[:, None]))
         sim.step(20)

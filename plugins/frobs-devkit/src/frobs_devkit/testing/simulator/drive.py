@@ -7,10 +7,10 @@ import numpy as np
 from frobs_core.contracts import CommandMode
 from frobs_core.models import Pose
 from frobs_core.util.arrays import Floats
-from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
+from frobs_devkit.testing.checks import Inconclusive, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import LIFT, LIFT_EFFORT_LIMIT, LIFT_INERTIA, LIFT_WEIGHT, ROVER
-from frobs_devkit.testing.simulator.under_test import TIMESTEP, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.under_test import TIMESTEP, WEIGHTLESS, SimulatorUnderTest, verifies
 
 _GRAVITY = 9.81
 
@@ -18,31 +18,31 @@ _GRAVITY = 9.81
 @verifies("drive")
 def drives_follow_positions(subject: SimulatorUnderTest) -> None:
     """Under position commands, unsaturated joints follow (M + h·Kd)·a = Kp·(q* − q) − Kd·q̇ − b in each step."""
-    return _expect_law(subject, CommandMode.POSITION, (0.05, 0.4))
+    _expect_law(subject, CommandMode.POSITION, (0.05, 0.4))
 
 
 @verifies("drive")
 def drives_saturate(subject: SimulatorUnderTest) -> None:
     """A joint follows M·a = ±limit − b in each step in which the explicitly computed effort exceeds the limit."""
-    return _expect_law(subject, CommandMode.POSITION, (0.4, 3.0), saturates=True)
+    _expect_law(subject, CommandMode.POSITION, (0.4, 3.0), saturates=True)
 
 
 @verifies("drive")
 def drives_follow_velocities(subject: SimulatorUnderTest) -> None:
     """A velocity command v* produces the effort Kd·(v* − q̇), without a stiffness term."""
-    return _expect_law(subject, CommandMode.VELOCITY, (0.3, 2.0))
+    _expect_law(subject, CommandMode.VELOCITY, (0.3, 2.0))
 
 
 @verifies("drive")
 def drives_apply_efforts(subject: SimulatorUnderTest) -> None:
     """Effort commands are clipped to the effort limit, applied, and returned as ``joint_efforts``."""
-    return _expect_law(subject, CommandMode.EFFORT, (35.0, 9.0), saturates=True, reads_effort=True)
+    _expect_law(subject, CommandMode.EFFORT, (35.0, 9.0), saturates=True, reads_effort=True)
 
 
 @verifies("drive")
 def command_rows_are_steps(subject: SimulatorUnderTest) -> None:
     """A command with one row per physics step acts like a sequence of commands, and its last row is held."""
-    _require_steps(subject)
+    subject.require_steps()
     traces = []
     rows = np.stack([np.linspace(0.0, 0.1, 6), np.linspace(0.5, -0.5, 6)], axis=-1)  # (6, dof)
     for together in (True, False):
@@ -56,12 +56,8 @@ def command_rows_are_steps(subject: SimulatorUnderTest) -> None:
                     sim.step(1)
             sim.step(3)
             traces.append(np.concatenate([robot.joint_positions, robot.joint_velocities], axis=1))
-    expect_close(
-        traces[1],
-        traces[0],
-        subject.tolerance("drive"),
-        "the state after one command with 6 rows, compared with the state after 6 commands with one row",
-    )
+    what = "the state after one command with 6 rows, compared with the state after 6 commands with one row"
+    expect_close(traces[1], traces[0], subject.tolerance("drive"), what)
 
 
 @verifies("drive")
@@ -81,7 +77,7 @@ def commands_are_kept(subject: SimulatorUnderTest) -> None:
 @verifies("drive")
 def a_new_mode_holds(subject: SimulatorUnderTest) -> None:
     """After ``set_command_mode``, the robot holds its position or stays at rest until the next command."""
-    with subject.build(LIFT, gravity=(0.0, 0.0, 0.0)) as (sim, robot):
+    with subject.build(LIFT, gravity=WEIGHTLESS) as (sim, robot):
         robot.command(np.full((sim.num_envs, 2), 0.3))
         sim.step(600)
         there = robot.joint_positions.copy()
@@ -99,16 +95,8 @@ def wheels_roll(subject: SimulatorUnderTest) -> None:
         robot.command(np.full((sim.num_envs, 2), 6.0))
         sim.step(500)
         forward = robot.base_twist[0][:, 0]
-        expect_close(np.full(sim.num_envs, 6.0), robot.joint_velocities[:, 0], 0.3, "velocity of the wheels [rad/s]")
-        expect_close(
-            np.full(sim.num_envs, 0.3), forward, 0.02, "velocity of a rover with a wheel radius of 0.05 m [m/s]"
-        )
-
-
-def _require_steps(subject: SimulatorUnderTest) -> None:
-    """Raise NotApplicable if the simulator is paced, because its physics steps then differ between runs."""
-    if subject.record.is_paced:
-        raise NotApplicable("the simulator is paced, so its physics steps differ between runs")
+        subject.expect_each(6.0, robot.joint_velocities[:, 0], 0.3, "velocity of the wheels [rad/s]")
+        subject.expect_each(0.3, forward, 0.02, "velocity of a rover with a wheel radius of 0.05 m [m/s]")
 
 
 def _expect_law(
@@ -123,7 +111,7 @@ def _expect_law(
     assert LIFT.gains is not None
     kp, kd = np.array([LIFT.gains.of(name) for name in ("lift", "turn")]).T
     tolerance = subject.tolerance("drive", exact=1e-9)
-    _require_steps(subject)
+    subject.require_steps()
     if mode != CommandMode.POSITION:
         kp = np.zeros(2)
     with subject.build(LIFT, mode=mode) as (sim, robot):
@@ -148,12 +136,8 @@ def _expect_law(
             expect_close(q, robot.joint_positions, tolerance, f"{mode} command, joint positions of step {k + 1}")
             if over.any():
                 limits = np.broadcast_to(effort, over.shape)
-                expect_close(
-                    limits[over],
-                    robot.joint_efforts[over],
-                    max(tolerance, 1e-6),
-                    f"saturated joint_efforts of step {k + 1}",
-                )
+                what = f"saturated joint_efforts of step {k + 1}"
+                expect_close(limits[over], robot.joint_efforts[over], max(tolerance, 1e-6), what)
             if reads_effort:
                 expect_close(effort, robot.joint_efforts, max(tolerance, 1e-6), f"joint_efforts of step {k + 1}")
         if np.abs(q - start).max() < 1e-3:

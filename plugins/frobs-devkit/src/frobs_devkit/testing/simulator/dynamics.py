@@ -10,10 +10,16 @@ import numpy as np
 
 from frobs_core.contracts import CommandMode, RobotHandle
 from frobs_core.description import Body
-from frobs_core.models import Box, Inertial, Treatment, inertia_matrix
+from frobs_core.models import Box, Inertial, Treatment, gravity_efforts, inertia_matrix
 from frobs_core.plugins.records import Level
 from frobs_core.util.arrays import Floats
-from frobs_core.util.rotations import matrix_from_quat, quat_from_axis_angle, quat_multiply, quat_rotate
+from frobs_core.util.rotations import (
+    matrix_from_quat,
+    quat_conjugate,
+    quat_from_axis_angle,
+    quat_multiply,
+    quat_rotate,
+)
 from frobs_devkit.testing.checks import NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close, expect_same_pose
 from frobs_devkit.testing.simulator.robots import LIFT, LIFT_INERTIA, model_of
@@ -41,10 +47,10 @@ def bodies_fall_and_spin(subject: SimulatorUnderTest) -> None:
     with subject.build(bodies=scene, gravity=_GRAVITY, floor=False, timestep=_HALF, num_threads=1) as (sim, _):
         n, ball = sim.num_envs, sim.bodies["ball"]
         sim.step(steps)
-        expect_close(np.full(n, t), sim.time, 1e-9, f"time after {steps} steps of {_HALF} s [s]")
+        subject.expect_each(t, sim.time, 1e-9, f"time after {steps} steps of {_HALF} s [s]")
         tolerance = subject.tolerance("teleport", exact=1e-6)
-        expect_close(np.tile(twist[0] + t * np.array(_GRAVITY), (n, 1)), ball.twist[0], tolerance, "lin_vel_world")
-        expect_close(np.tile(twist[1], (n, 1)), ball.twist[1], tolerance, "ang_vel_world of a ball in the air")
+        subject.expect_each(twist[0] + t * np.array(_GRAVITY), ball.twist[0], tolerance, "lin_vel_world")
+        subject.expect_each(twist[1], ball.twist[1], tolerance, "ang_vel_world of a ball in the air")
         speed = float(np.linalg.norm(turn))
         turned = quat_multiply(quat_from_axis_angle(turn / speed, np.array(speed * t)), np.array(TILTED.quat_wxyz))
         fallen = np.array(TILTED.pos) + t * twist[0] + 0.5 * t * (t + _HALF) * np.array(_GRAVITY)
@@ -63,16 +69,14 @@ def plates_precess(subject: SimulatorUnderTest) -> None:
     with subject.build(bodies={"plate": _PLATE}, gravity=WEIGHTLESS, floor=False, num_threads=1) as (sim, _):
         n, plate = sim.num_envs, sim.bodies["plate"]
         sim.step(steps)
-        expect_close(np.tile(spin, (n, 1)), plate.twist[1], 0.1, "ang_vel_world of a plate that spins freely")
+        subject.expect_each(spin, plate.twist[1], 0.1, "ang_vel_world of a plate that spins freely")
         expected = np.tile(TILTED.pos, (n, 1)), np.tile(quat, (n, 1))
         expect_same_pose(expected, plate.pose, 0.02, "pose of a plate that spins freely")
 
 
-@verifies("drive")
+@verifies("drive", "teleport")
 def joints_coast(subject: SimulatorUnderTest) -> None:
     """Without an effort, a joint's damping and dry friction slow it down, as the model file says."""
-    if not subject.level("teleport"):
-        raise NotApplicable("the simulator does not have the capability 'teleport'")
     model, steps = model_of(LIFT.model), 50
     for element, (name, values, acceleration) in _RESISTANCES.items():
         own = dict(zip(model.joint_names, values, strict=True))
@@ -179,17 +183,6 @@ def _free_spin(inertial: Inertial, quat: Floats, spin: Floats, seconds: float) -
 
 
 def _weight(robot: RobotHandle) -> Floats:
-    """Return the joint efforts that support the links, from the change of their potential energy, (num_envs, dof)."""
-    h, gravity = 1e-5, np.array(_GRAVITY)
-    base, q = np.array(TILTED.quat_wxyz), robot.joint_positions.copy()
-    efforts = np.zeros_like(q)
-    for joint in range(robot.dof):
-        for sign in (1.0, -1.0):
-            moved = q + sign * h * np.eye(robot.dof)[joint]
-            for link in robot.model.links:
-                assert link.inertial is not None
-                pos, quat = robot.model.frame_pose(link.name, moved)
-                center = pos + quat_rotate(quat, np.broadcast_to(np.array(link.inertial.origin.pos), pos.shape))
-                world = quat_rotate(np.broadcast_to(base, quat.shape), center)
-                efforts[:, joint] -= sign * link.inertial.mass * (world * gravity).sum(axis=1) / (2.0 * h)
-    return efforts
+    """Return the joint efforts that support the links, (num_envs, dof)."""
+    gravity = quat_rotate(quat_conjugate(np.array(TILTED.quat_wxyz)), np.array(_GRAVITY))
+    return np.array([gravity_efforts(robot.model, positions, gravity) for positions in robot.joint_positions])

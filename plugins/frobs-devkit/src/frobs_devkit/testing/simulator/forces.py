@@ -11,10 +11,10 @@ from frobs_core.description import ForceTorque
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import CapabilityError, UnknownNameError
 from frobs_core.util.rotations import quat_conjugate, quat_rotate
-from frobs_devkit.testing.checks import NotApplicable, after, expect, expect_raises
+from frobs_devkit.testing.checks import after, expect, expect_raises
 from frobs_devkit.testing.compare import expect_array, expect_close
 from frobs_devkit.testing.simulator.robots import ARM
-from frobs_devkit.testing.simulator.under_test import BALL, TILTED, TIMESTEP, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.under_test import BALL, TILTED, TIMESTEP, WEIGHTLESS, SimulatorUnderTest, verifies
 
 _BEYOND = {"elbow": ("fore", "tool"), "wrist": ("tool",)}
 """Links that each sensor carries."""
@@ -55,33 +55,23 @@ def inertia_is_measured(subject: SimulatorUnderTest) -> None:
         expect_close(force, read, 0.1 * np.abs(force).max(), "force measured by a force-torque sensor in motion [N]")
 
 
-@verifies("force_torque")
+@verifies("force_torque", "wrench")
 @after("contacts_are_those_of_all_steps")
 def pushes_are_measured(subject: SimulatorUnderTest) -> None:
     """A force-torque sensor measures pushes on its links over all physics steps, and a reset clears the reading."""
-    if not subject.level("wrench"):
-        raise NotApplicable("the simulator does not have the capability 'wrench'")
-    with subject.build(_SENSING, pose=TILTED, gravity=(0.0, 0.0, 0.0)) as (sim, robot):
+    with subject.build(_SENSING, pose=TILTED, gravity=WEIGHTLESS) as (sim, robot):
         n = sim.num_envs
         force = np.array([[6.0, -3.0, 2.0]]) * (1.0 + np.arange(n))[:, None]
         for _ in range(2):
             sim.apply_wrench("robot/tool", force, np.zeros((n, 3)))
             sim.step(1000)
         held = _in_frame(robot, "tool", np.concatenate([-force, np.zeros((n, 3))], axis=1))
-        _expect_wrench(
-            subject,
-            held,
-            sim.sensor_wrench("robot", "wrist"),
-            "wrench measured by the force-torque sensor of a pushed link",
-        )
+        what = "wrench measured by the force-torque sensor of a pushed link"
+        _expect_wrench(subject, held, sim.sensor_wrench("robot", "wrist"), what)
         sim.apply_wrench("robot/tool", force, np.zeros((n, 3)))
         sim.step_with(4, lambda: None)
-        _expect_wrench(
-            subject,
-            held,
-            sim.sensor_wrench("robot", "wrist"),
-            "wrench measured by a force-torque sensor after step_with",
-        )
+        what = "wrench measured by a force-torque sensor after step_with"
+        _expect_wrench(subject, held, sim.sensor_wrench("robot", "wrist"), what)
         _expect_kept(subject, sim, held)
         mask = np.arange(n) == 0
         sim.reset(mask)
@@ -100,7 +90,7 @@ def wrenches_add(subject: SimulatorUnderTest) -> None:
     """Wrenches on one body add up until the next step, a snapshot includes them, and a reset removes them."""
     tolerance = subject.tolerance("wrench", exact=1e-6)
     forces, torques = np.array([[1.0, -0.5, 0.3], [0.2, 0.8, -0.1]]), np.array([[1e-3, 0.0, 0.0], [0.0, 2e-3, -1e-3]])
-    with subject.build(bodies={"ball": BALL}, gravity=(0.0, 0.0, 0.0), floor=False) as (sim, _):
+    with subject.build(bodies={"ball": BALL}, gravity=WEIGHTLESS, floor=False) as (sim, _):
         n, t, ball = sim.num_envs, 10 * TIMESTEP, sim.bodies["ball"]
 
         def expect_total(rows: Floats, when: str) -> None:

@@ -32,7 +32,7 @@ def joints_are_the_files(subject: SimulatorUnderTest) -> None:
             "effort_limit": [limit.effort for limit in limits],
         }
         for name, row in expected.items():
-            expect_close(np.tile(row, (sim.num_envs, 1)), getattr(robot, name), 1e-12, name)
+            subject.expect_each(row, getattr(robot, name), 1e-12, name)
         expect_close(
             robot.home, robot.joint_positions, subject.at_home, "joint_positions after a reset, compared with home"
         )

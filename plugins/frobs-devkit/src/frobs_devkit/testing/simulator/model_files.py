@@ -19,7 +19,7 @@ from frobs_core.util.errors import ModelFileError, UnknownNameError
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect, expect_raises
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import ARM, GRIPPER, LIFT, PILE, PILE_DEPTH, ROVER, model_of
-from frobs_devkit.testing.simulator.under_test import TIMESTEP, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.under_test import TIMESTEP, WEIGHTLESS, SimulatorUnderTest, verifies
 from frobs_models import elements
 
 _BROKEN = {"cut_off.stl": bytes(80) + b"\xff\xff\xff\x00" + bytes(500), "no_numbers.obj": b"v 0 0\nf 1 2 3\n"}
@@ -83,7 +83,7 @@ def overlaps_are_told(subject: SimulatorUnderTest) -> None:
 
 def overlapping_links_let_each_other_be(subject: SimulatorUnderTest) -> None:
     """Links that overlap at home do not push each other apart."""
-    with subject.build(PILE, gravity=(0.0, 0.0, 0.0), floor=False) as (sim, robot):
+    with subject.build(PILE, gravity=WEIGHTLESS, floor=False) as (sim, robot):
         sim.step(100)
         expect_close(
             robot.home, robot.joint_positions, 1e-3, "joint positions 0.2 s after a start with overlapping links"

@@ -26,7 +26,7 @@ def gravity_shows(subject: SimulatorUnderTest) -> None:
     """In each environment, a ball falls with the gravity that is set for that environment."""
     with subject.build(bodies={"ball": BALL}, floor=False) as (sim, _):
         n = sim.num_envs
-        expect_close(np.tile([0.0, 0.0, -9.81], (n, 1)), sim.parameter("gravity"), 1e-12, "gravity of the scene")
+        subject.expect_each([0.0, 0.0, -9.81], sim.parameter("gravity"), 1e-12, "gravity of the scene")
         values = np.stack([np.zeros(n), 0.5 * np.arange(n), -1.0 - np.arange(n)], axis=-1)
         _write(sim, "gravity", "", values)
         sim.step(50)
@@ -43,7 +43,7 @@ def mass_shows(subject: SimulatorUnderTest) -> None:
         return
     with subject.build(bodies={"ball": BALL}, gravity=WEIGHTLESS, floor=False) as (sim, _):
         n = sim.num_envs
-        expect_close(np.full(n, 0.5), sim.parameter("mass", "ball"), 1e-12, "mass of the scene's body [kg]")
+        subject.expect_each(0.5, sim.parameter("mass", "ball"), 1e-12, "mass of the scene's body [kg]")
         values = 0.8 + 0.3 * np.arange(n, dtype=np.float64)
         _write(sim, "mass", "ball", values)
         force, torque = np.array([[2.0, 0.0, 0.0]]).repeat(n, axis=0), np.array([[0.0, 0.0, 1e-3]]).repeat(n, axis=0)
@@ -134,15 +134,15 @@ def sizes_show(subject: SimulatorUnderTest) -> None:
     )
     with subject.build(bodies={"pillar": pillar}, gravity=WEIGHTLESS) as (sim, _):
         n = sim.num_envs
-        expect_close(np.ones(n), sim.parameter("size", "pillar"), 1e-12, "initial size")
+        subject.expect_each(1.0, sim.parameter("size", "pillar"), 1e-12, "initial size")
         values = 0.5 + 0.5 * np.arange(n, dtype=np.float64)
         _write(sim, "size", "pillar", np.full(n, 3.0))
         _write(sim, "size", "pillar", values)
-        expect_close(np.ones(n), sim.parameter("mass", "pillar"), 1e-12, "mass after the size was written [kg]")
+        subject.expect_each(1.0, sim.parameter("mass", "pillar"), 1e-12, "mass after the size was written [kg]")
         sim.write_parameter("gravity", "", np.array([[0.0, 0.0, -9.81]]).repeat(n, axis=0))
         sim.bodies["pillar"].write_pose(np.array([[0.0, 0.0, 0.01]]).repeat(n, axis=0))
         sim.step(500)
-        expect_close(np.zeros(n), sim.bodies["pillar"].pose[0][:, 2], 2e-3, "height of the lower end of a pillar [m]")
+        subject.expect_each(0.0, sim.bodies["pillar"].pose[0][:, 2], 2e-3, "height of the lower end of a pillar [m]")
         upside_down = np.array([[0.0, 1.0, 0.0, 0.0]]).repeat(n, axis=0)
         heights = np.stack([np.zeros(n), np.zeros(n), 0.3 * values + 0.01], axis=-1)
         sim.bodies["pillar"].write_pose(heights, upside_down)
@@ -156,12 +156,8 @@ def sizes_show(subject: SimulatorUnderTest) -> None:
         sim.step(10)
         turned = 1e-3 * 10 * TIMESTEP / (0.4 * 0.5 * (_RADIUS * values) ** 2)  # a solid ball of 0.5 kg
         tolerance = subject.tolerance("randomize_size", exact=1e-6)
-        expect_close(
-            turned,
-            sim.bodies["ball"].twist[1][:, 2],
-            tolerance,
-            "angular velocity of a ball after applying a torque [rad/s]",
-        )
+        what = "angular velocity of a ball after applying a torque [rad/s]"
+        expect_close(turned, sim.bodies["ball"].twist[1][:, 2], tolerance, what)
 
 
 @verifies("randomize_mass")
@@ -192,12 +188,8 @@ def inertia_follows_mass(subject: SimulatorUnderTest) -> None:
             sim.step(40)
             ends.append(robot.joint_positions.copy())
     tolerance = subject.tolerance("randomize_mass", exact=1e-12)
-    expect_close(
-        ends[0],
-        ends[1],
-        tolerance,
-        "joint positions with a mass that was written once, compared with a mass that was written after other masses",
-    )
+    what = "joint positions with a mass that was written once, compared with a mass that was written after other masses"
+    expect_close(ends[0], ends[1], tolerance, what)
 
 
 @verifies("randomize_gains")

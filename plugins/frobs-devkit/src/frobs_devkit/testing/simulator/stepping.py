@@ -8,7 +8,7 @@ import numpy as np
 
 from frobs_core.contracts import CommandMode, RobotHandle, Simulation
 from frobs_core.util.arrays import Floats
-from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, after, expect
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect, second_close
 from frobs_devkit.testing.compare import expect_close, expect_same
 from frobs_devkit.testing.simulator.robots import LIFT
 from frobs_devkit.testing.simulator.under_test import (
@@ -26,17 +26,16 @@ def time_counts_steps(subject: SimulatorUnderTest) -> None:
     if subject.record.is_paced:
         raise NotApplicable("the simulator is paced, so the check steps_wait_for_the_world verifies its time instead")
     with subject.build() as (sim, _):
-        expect_close(np.zeros(sim.num_envs), sim.time, 0.0, "time after a reset [s]")
+        subject.expect_each(0.0, sim.time, 0.0, "time after a reset [s]")
         sim.step(3)
         sim.step(7)
-        expect_close(np.full(sim.num_envs, 10 * TIMESTEP), sim.time, 1e-9, "time after 10 steps [s]")
+        subject.expect_each(10 * TIMESTEP, sim.time, 1e-9, "time after 10 steps [s]")
 
 
 @after("command_rows_are_steps")
 def updates_come_between_steps(subject: SimulatorUnderTest) -> None:
     """``step_with`` calls its function before each physics step except the first, and new commands act at once."""
-    if subject.record.is_paced:
-        raise NotApplicable("the simulator is paced, so its physics steps differ between runs")
+    subject.require_steps()
     efforts = np.array([[5.0, 0.1], [-9.0, 0.3], [20.0, -0.2], [1.0, 0.4]])  # (decimation, dof)
     velocities, times = [], []
     for rows in (True, False):
@@ -56,12 +55,8 @@ def updates_come_between_steps(subject: SimulatorUnderTest) -> None:
             velocities.append(robot.joint_velocities.copy())
     expected = TIMESTEP * np.arange(1, 4)[:, None].repeat(n, axis=1)
     expect_close(expected, times, 1e-9, "times at which step_with(4, …) calls its function [s]")
-    expect_close(
-        velocities[0],
-        velocities[1],
-        1e-9,
-        "velocities after commands in step_with, compared with one command with a row per step",
-    )
+    what = "velocities after commands in step_with, compared with one command with a row per step"
+    expect_close(velocities[0], velocities[1], 1e-9, what)
 
 
 @verifies("determinism")
@@ -143,11 +138,5 @@ def _expect_contained(subject: SimulatorUnderTest, speed: float, expected: dict[
 
 def close_twice(subject: SimulatorUnderTest) -> None:
     """Closing a simulation a second time has no effect."""
-    try:
-        with subject.build() as (sim, _):
-            sim.close()  # the end of the block closes the simulation again
-    except Exception as error:
-        raise CheckFailure(
-            f"calling close() a second time raises {type(error).__name__}: {error}; the second call must have no "
-            "effect."
-        ) from error
+    with second_close(), subject.build() as (sim, _):
+        sim.close()  # the end of the block closes the simulation again

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cached_property, wraps
 from typing import Any, TypeAlias
@@ -15,15 +15,14 @@ from frobs_core.description import Body, Placement, Robot, Scene
 from frobs_core.models import Box, Pose, RobotModel, Sphere
 from frobs_core.plugins.records import Level, SimulatorRecord
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import ConfigurationError, SceneError
-from frobs_devkit.testing.checks import NotApplicable
+from frobs_core.util.errors import ConfigurationError, RenderingUnavailableError, SceneError
+from frobs_devkit.simulations import TIMESTEP as TIMESTEP
+from frobs_devkit.simulations import simulate
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable
 from frobs_devkit.testing.compare import expect_close, expect_same
 from frobs_devkit.testing.simulator.robots import ARM, model_of
 
 WEIGHTLESS = (0.0, 0.0, 0.0)  # [m/s²]
-TIMESTEP = 0.002
-"""Duration of one physics step [s]."""
-
 TILTED = Pose(pos=(0.2, -0.1, 0.4), quat_wxyz=(0.8, 0.36, -0.16, 0.4525483399593904))
 """A pose whose quaternion reveals an incorrect component order."""
 
@@ -51,6 +50,11 @@ class SimulatorUnderTest:
         """Return the numerical tolerance for the level at which the simulator claims a capability."""
         return exact if self.level(capability) == Level.EXACT else approximate
 
+    def require_steps(self) -> None:
+        """Raise NotApplicable if the simulator is paced, because its physics steps then differ between runs."""
+        if self.record.is_paced:
+            raise NotApplicable("the simulator is paced, so its physics steps differ between runs")
+
     @property
     def at_home(self) -> float:
         """Tolerance of joint positions [rad or m] and joint velocities [rad/s or m/s] at home after a reset.
@@ -64,6 +68,10 @@ class SimulatorUnderTest:
         """Number of environments for the checks: 3, or 1 if the simulator does not support batches."""
         return 3 if self.level("batched") else 1
 
+    def expect_each(self, row: Any, actual: Any, tolerance: float, what: str) -> None:
+        """Raise CheckFailure unless an array has a row for each environment, and each is ``row`` within a tolerance."""
+        expect_close(np.broadcast_to(row, (self.num_envs, *np.shape(row))), actual, tolerance, what)
+
     @cached_property
     def free_bodies(self) -> Mapping[str, Body]:
         """A free ball for scenes in which anything may move, or nothing if the simulator rejects free bodies.
@@ -73,10 +81,10 @@ class SimulatorUnderTest:
         ball = {"ball": BALL}
         placement = Placement(robot=ARM, model=model_of(ARM.model), command_mode=CommandMode.POSITION)
         try:
-            self.record.load()({"robot": placement}, Scene(bodies=ball), num_envs=1, physics_timestep=TIMESTEP).close()
+            with simulate(self.record, placement, Scene(bodies=ball)):
+                return ball
         except SceneError:
             return {}
-        return ball
 
     @contextmanager
     def build(
@@ -99,36 +107,45 @@ class SimulatorUnderTest:
         """
         placement = Placement(robot=robot, model=model or model_of(robot.model), pose=pose or Pose(), command_mode=mode)
         complete_scene = Scene(bodies=bodies or {}, **scene)
-        try:
-            made: Simulation = self.record.load()(
-                complete_scene.all_robots({"robot": placement}),
-                complete_scene,
-                num_envs=self.num_envs if num_envs is None else num_envs,
-                physics_timestep=timestep,
-                num_threads=num_threads,
-            )
-        except ConfigurationError as error:
-            free = any(body.is_free for body in complete_scene.bodies.values())
-            if robot.base != "fixed" or (free and isinstance(error, SceneError) and not self.free_bodies):
-                raise NotApplicable(f"the simulator rejects what this check needs: {error}") from error
-            raise
-        with closing(made) as simulation:
-            simulation.reset()
-            yield simulation, simulation.robots["robot"]
+        options: dict[str, Any] = {"num_envs": num_envs or self.num_envs, "num_threads": num_threads}
+        with ExitStack() as stack:
+            try:
+                built = stack.enter_context(
+                    simulate(self.record, placement, complete_scene, physics_timestep=timestep, **options)
+                )
+            except ConfigurationError as error:
+                free = any(body.is_free for body in complete_scene.bodies.values())
+                if robot.base != "fixed" or (free and isinstance(error, SceneError) and not self.free_bodies):
+                    raise NotApplicable(f"the simulator rejects what this check needs: {error}") from error
+                raise
+            yield built
 
 
 SimulatorCheck: TypeAlias = Callable[[SimulatorUnderTest], None]
 
 
-def verifies(capability: str) -> Callable[[SimulatorCheck], SimulatorCheck]:
-    """Return a decorator for checks that verify a capability and apply only to simulators that claim it."""
+def verifies(capability: str, *needed: str) -> Callable[[SimulatorCheck], SimulatorCheck]:
+    """Return a decorator for checks that verify a capability and apply only to simulators that claim it.
+
+    If the machine cannot render, the check is inconclusive.
+
+    Args:
+        capability: The capability that the check verifies.
+        needed: Other capabilities that the check needs.
+    """
 
     def decorate(function: SimulatorCheck) -> SimulatorCheck:
         @wraps(function)
         def check(subject: SimulatorUnderTest) -> None:
             if subject.level(capability) == Level.UNSUPPORTED:
                 raise NotApplicable(f"the simulator does not claim '{capability}'")
-            function(subject)
+            for other in needed:
+                if not subject.level(other):
+                    raise NotApplicable(f"the simulator does not have the capability '{other}'")
+            try:
+                function(subject)
+            except RenderingUnavailableError as error:
+                raise Inconclusive(str(error)) from error
 
         check.capability = capability  # type: ignore[attr-defined]
         return check
