@@ -20,7 +20,7 @@ from typing import Any, cast
 
 from common import ROOT, current_commit, is_shared, machine
 
-from frobs_devkit.scaling import Prediction, ScalingModel, ScalingPoint, ScalingResult, fit_model, plot_scaling
+from frobs_devkit.scaling import ScalingPoint, ScalingResult, plot_scaling
 
 PAGE = ROOT / "docs" / "explanation" / "scaling-measured.md"
 PICTURE = ROOT / "docs" / "images" / "scaling.png"
@@ -30,9 +30,6 @@ SIZES = "1,8,64,512,4096"
 """Numbers of environments in one process."""
 
 NODES = 2
-PREDICTED = (1, 10, 100, 1000)
-PROCESSORS = 2
-"""Number of processors per node in the predictions."""
 
 
 @contextmanager
@@ -63,7 +60,7 @@ def local_cluster(nodes: int = NODES) -> Iterator[str]:
 def measure(id: str, address: str, *options: str) -> dict[str, Any]:
     """Return the results of ``frobs bench ID --scaling``, with the circumstances."""
     command = [sys.executable, "-m", "frobs_cli", "bench", id, "--scaling", "--runner", "ray", "--ray-address", address]
-    arguments = ["--num-envs", SIZES, "--jobs", "1,2", "--predict", "1000", *options, "--json"]
+    arguments = ["--num-envs", SIZES, "--jobs", "1,2", *options, "--json"]
     shared = is_shared()
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run([*command, *arguments], cwd=folder, check=True, text=True, stdout=subprocess.PIPE)
@@ -82,28 +79,26 @@ def report(rows: Sequence[Mapping[str, Any]]) -> str:
     Args:
         rows: Results of :func:`measure`, one per ID.
     """
-    found = [(row, ScalingResult.from_dict(dict(row))) for row in rows]
+    results = [ScalingResult.from_dict(dict(row)) for row in rows]
     first = rows[0]
     commits = ", ".join(dict.fromkeys(row["commit"] for row in rows))
     lines = [
         "# Benchmarks: scaling",
         "",
         f"Written by `tests/benchmarks/scaling.py` on {date.fromisoformat(first['date']):%d %B %Y}. Machine: {first['on']}. "
-        f"Commit: {commits}. [Scaling](scaling.md) explains the measurements and the model.",
+        f"Commit: {commits}. [Scaling](scaling.md) explains the measurements.",
         "",
         *_circumstances(rows),
         f"The cluster consists of {NODES} Ray nodes **on the same machine**, each with one processor. The nodes share "
         "the machine's memory and caches, and there is no network between them. Compare the rows *cluster* with the rows "
         "*processes* to see whether Ray slows down the processes. The measurements do not include the effects of a network.",
         "",
-        "![Speed and memory use for different numbers of environments, threads and processes, and the predicted speed on a "
-        "cluster]"
-        "(../images/scaling.png)",
+        "![Speed and memory use for different numbers of environments, threads and processes](../images/scaling.png)",
         "",
         "The error bars show the slowest and the fastest of five time windows.",
     ]
-    for row, result in found:
-        lines += ["", f"## {result.id}", "", *_section(row, result)]
+    for result in results:
+        lines += ["", f"## {result.id}", "", *_section(result)]
     return "\n".join(lines) + "\n"
 
 
@@ -114,55 +109,22 @@ def _circumstances(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     return [
         f"**Other programs used the machine during these measurements**: {loads} processes were competing for its "
         f"{rows[0]['processors']} processors at the start. The *processor time* column shows how much of a processor "
-        "each thread received. The speed per processor is the speed that a whole processor would have allowed; the model and "
-        "the plot use this speed. Run the script again on an idle machine for better figures.",
+        "each thread received. The speed per processor is the speed that a whole processor would have allowed; the plot uses "
+        "this speed. Run the script again on an idle machine for better figures.",
         "",
     ]
 
 
-def _section(row: Mapping[str, Any], result: ScalingResult) -> list[str]:
-    model = fit_model(result)
-    steps = int(row["steps"])
+def _section(result: ScalingResult) -> list[str]:
     per_env = (result.memory_per_env or 0) / 1e3
-    lines = [
+    return [
         "| varied | environments per process | threads | processes | nodes | steps/s | slowest to fastest window | "
         "processor time | steps/s per processor | memory per process |",
         "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
         *(_row(point) for point in result.points),
         "",
         f"A process needs {result.memory_per_process / 1e6:.0f} MB, and each additional environment needs {per_env:.1f} kB. A process "
-        f"starts within {model.startup:.1f} s (median).",
-    ]
-    if result.traffic is not None:
-        traffic = result.traffic
-        lines += [
-            "",
-            f"One environment step produces {traffic.bytes_per_step:.0f} bytes of experience. A learner receives "
-            f"{traffic.bytes_per_second / 1e6:,.0f} MB/s through Ray's object store, which is "
-            f"{traffic.steps_per_second:,.0f} steps/s.",
-        ]
-    lines += ["", *_prediction(model, steps)]
-    return lines
-
-
-def _prediction(model: ScalingModel, steps: int) -> list[str]:
-    learner = model.learner
-    assert learner is not None
-    errors = [
-        f"{error:+.0%} at {name}".replace("-", "−")
-        for name, error in (("two processes", model.process_error), ("two nodes", model.cluster_error))
-        if error is not None
-    ]
-    return [
-        f"Model: s = {model.process_rate:,.0f} steps/s, α = {model.process_contention:.3f}, β = 0 (assumed). "
-        f"The `{learner.algorithm}` learner processes {1.0 / learner.learning:,.0f} steps/s. If the model is fitted "
-        f"without the largest size, its error is {' and '.join(errors)}.",
-        "",
-        f"Prediction for {steps:,} environment steps on nodes with {PROCESSORS} processors each:",
-        "",
-        "| nodes | collected steps/s | one training run, steps/s | limited by | time | node-hours | independent runs per hour |",
-        "|---:|---:|---:|---|---:|---:|---:|",
-        *(_predicted(model.predict(count, PROCESSORS, steps)) for count in PREDICTED),
+        f"starts within {result.startup:.1f} s (median).",
     ]
 
 
@@ -182,19 +144,6 @@ def _row(point: ScalingPoint) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def _predicted(prediction: Prediction) -> str:
-    cells = (
-        f"{prediction.nodes:,}",
-        f"{prediction.collected:,.0f}",
-        f"{prediction.steps_per_second or 0.0:,.0f}",
-        f"{prediction.limit}",
-        f"{prediction.seconds or 0.0:,.0f} s",
-        f"{prediction.node_hours or 0.0:,.3g}",
-        f"{prediction.runs_per_hour or 0.0:,.0f}",
-    )
-    return f"| {' | '.join(cells)} |"
-
-
 def main() -> None:
     """Measure, and write the page."""
     parser = ArgumentParser(description=__doc__)
@@ -207,7 +156,7 @@ def main() -> None:
         RECORD.write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
     rows = json.loads(RECORD.read_text("utf-8"))
     results = [ScalingResult.from_dict(row) for row in rows]
-    plot_scaling([(result, fit_model(result), PROCESSORS) for result in results], PICTURE)
+    plot_scaling(results, PICTURE)
     PAGE.write_text(report(rows), "utf-8")
 
 

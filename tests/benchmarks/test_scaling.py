@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import scaling
 
-from frobs_devkit.scaling import ScalingResult, fit_model
+from frobs_devkit.scaling import ScalingResult
 
 _CLUSTER = """
 import json
@@ -44,12 +44,10 @@ def test_the_record_has_two_nodes_on_one_machine() -> None:
             (1, 1, 1),
             (2, 2, 1),
         ]
-        assert not fit_model(result).node_contention_measured
 
 
 @pytest.mark.needs("ray")
 @pytest.mark.slow
-@pytest.mark.exhaustive
 def test_processes_on_a_cluster_are_measured() -> None:
     done = subprocess.run(
         [sys.executable, "-c", _CLUSTER], cwd=Path(__file__).parent, check=True, stdout=subprocess.PIPE
@@ -57,7 +55,4 @@ def test_processes_on_a_cluster_are_measured() -> None:
     row = json.loads(done.stdout.splitlines()[-1])
     result = ScalingResult.from_dict(row)
     assert [(point.processes, point.nodes) for point in result.sweep("cluster")] == [(1, 1), (2, 2)]
-    assert result.traffic is not None
-    assert result.traffic.bytes_per_step == 102.0  # 18 + 6 numbers of 4 bytes, a reward, and two flags
-    assert result.traffic.steps_per_second > 1000.0
     assert "| cluster | 4 | 1 | 2 | 2 |" in scaling.report([row])
