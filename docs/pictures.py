@@ -29,7 +29,14 @@ FRAMES = 36
 STATES = 30  # minimum number of states in an animation; short episodes are repeated
 DURATION, PAUSE = 80, 900  # of a frame, and of the last one [ms]
 SEEDS = 30  # that are tried until the episodes succeed
-PARTS = {"frobs/Reach-v0": {"robot": "panda_arm"}, "frobs/Navigate-v0": {"robot": "kobuki", "floor_plan": "maze"}}
+PARTS = {
+    "frobs/Lift-v0": {"robot": "irb140+parallel_gripper"},
+    "frobs/Navigate-v0": {"robot": "kobuki", "floor_plan": "maze"},
+    "frobs/PickAndPlace-v0": {"robot": "irb120+two_finger_hand"},
+    "frobs/Push-v0": {"robot": "irb120+parallel_gripper"},
+    "frobs/Reach-v0": {"robot": "panda_arm"},
+    "frobs/Stack-v0": {"robot": "irb120+parallel_gripper"},
+}
 """Parts of the IDs that leave them open."""
 OPTIONS = {"pick_and_place": {"goal": [0.5, 0.15, 0.2]}}
 """Reset options by task, where a random episode may show only a part of the task."""
@@ -54,7 +61,7 @@ def draw(env_id: str) -> None:
         env.reset(seed=SEEDS)
         write([picture(env.render())], slug(env_id))
         return
-    states = successful_states(env, policy, OPTIONS.get(task.name))
+    states = successful_states(env, policy, OPTIONS.get(task.name) if record.robot else None)
     write([picture(states[int(i)]) for i in np.linspace(0, len(states) - 1, FRAMES)], slug(env_id))
     env.close()
 

@@ -11,7 +11,23 @@ function describeScrolling() {
   }
 }
 
+/* Open the static page of a policy below the buttons, in the place of the one that is open. */
+function openPage(button) {
+  const box = button.parentElement;
+  box.querySelector("iframe")?.remove();
+  const frame = document.createElement("iframe");
+  frame.src = button.dataset.page;
+  frame.title = button.textContent;
+  box.append(frame);
+  for (const each of box.querySelectorAll("button")) {
+    each.setAttribute("aria-pressed", String(each === button));
+  }
+}
+
 addEventListener("DOMContentLoaded", () => {
+  for (const button of document.querySelectorAll("[data-page]")) {
+    button.addEventListener("click", () => openPage(button));
+  }
   for (const part of document.querySelectorAll(".sig dl, .sig dl > dd")) {
     part.setAttribute("role", "presentation");
   }

@@ -15,6 +15,7 @@ from generate import (
     errors,
     gallery,
     hooks,
+    live_pages,
     plugins,
     ros,
     ros_features,
@@ -42,6 +43,7 @@ PAGES = {
 INSERTS = {
     "architecture.svg": architecture.figure,
     "gallery.inc": gallery.fragment,
+    "live-pages.inc": live_pages.fragment,
     "step-files.inc": step_files.fragment,
     "step-calls.svg": step_figure.figure,
     "unsupported-capabilities.inc": capabilities.unsupported,
@@ -66,6 +68,7 @@ def write_reference(folder: Path) -> None:
 def setup(app):
     """Tell Sphinx to write the pages before it looks for them, and to show signatures as they are written."""
     app.connect("builder-inited", lambda app: write_reference(Path(app.srcdir) / "reference" / "generated"))
+    app.connect("build-finished", live_pages.write)
     app.connect("autodoc-process-signature", signatures.as_written)
     app.connect("autodoc-process-docstring", signatures.plain_first_line, priority=400)  # before napoleon
     app.connect("missing-reference", signatures.resolve)

@@ -20,9 +20,12 @@ _HELPERS = (
     "catalogue",
     "commands",
     "completion",
+    "describe_fit",
     "facts",
+    "field_options",
     "formats",
     "group",
+    "lazy_names",
     "model_options",
     "options",
     "output",
@@ -49,6 +52,8 @@ MODULES = {
     "frobs-cli": [f"frobs_cli.{name}" for name in _HELPERS],
     "frobs-train": ["frobs_train", "frobs_train.cli.jobs_progress", "frobs_train.cli.runner_options"],
     "frobs-data": ["frobs_data"],
+    "frobs-view": ["frobs_view"],
+    "frobs-ros2": ["frobs_ros2.safety"],
     "frobs-devkit": [
         f"frobs_devkit.{name}"
         for name in (

@@ -1,4 +1,4 @@
-"""The page of what stands of FRobs_RL's functions and arguments, from frobs_rl.yaml and the table of the backends."""
+"""The page of what stands of FRobs_RL's functions and arguments, from frobs_rl.yaml."""
 
 import importlib
 import inspect
@@ -6,7 +6,6 @@ from pathlib import Path
 
 import yaml
 
-from frobs_rl_compat.ros.backends import TREATMENT
 from generate.rst import code, escape, heading, label, literal, table
 
 TABLES = yaml.safe_load(Path(__file__).with_name("frobs_rl.yaml").read_text("utf-8"))
@@ -27,7 +26,7 @@ def page() -> str:
         text += table(["function", "what it does", "difference from FRobs_RL"], rows, widths="30 40 30")
         text += literal("\n".join(f"{name}({_taken(module, name)})" for name in functions), "python")
     text += heading("Arguments of launch_Gazebo", "-")
-    rows = [(code(name), escape(gazebo), escape(bridge)) for name, (gazebo, bridge) in TREATMENT.items()]
+    rows = [(code(name), escape(gazebo), escape(bridge)) for name, (gazebo, bridge) in TABLES["launch"].items()]
     text += table(["argument", "on Gazebo", "on the bridge"], rows, widths="25 35 40")
     text += heading("Arguments of RobotBasicEnv", "-")
     rows = [(code(name), escape(how)) for name, how in TABLES["parameters"].items()]
