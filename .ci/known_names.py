@@ -15,9 +15,10 @@ from pathlib import Path
 from frobs_core import plugins
 from frobs_core.plugins.collection import KNOWN_FILE
 from frobs_core.plugins.discovery import normalize
-from frobs_core.plugins.records import KINDS, PolicyRecord
+from frobs_core.plugins.records import KINDS, PolicyRecord, ViewerRecord
 
 ROOT = Path(__file__).resolve().parents[1]
+_KINDS = (*KINDS, PolicyRecord.kind, ViewerRecord.kind)
 
 
 def known_names() -> dict[str, dict[str, str]]:
@@ -28,13 +29,13 @@ def known_names() -> dict[str, dict[str, str]]:
     """
     projects = [ROOT / "pyproject.toml", *ROOT.glob("plugins/*/pyproject.toml")]
     names = {normalize(tomllib.loads(path.read_text("utf-8"))["project"]["name"]) for path in projects}
-    found: dict[str, dict[str, str]] = {kind: {} for kind in (*KINDS, PolicyRecord.kind, "environment", "command")}
+    found: dict[str, dict[str, str]] = {kind: {} for kind in (*_KINDS, "environment", "command")}
     for report in plugins.reports():
         if normalize(report.distribution) not in names:
             continue
         if report.state != "loaded":
             raise RuntimeError(f"plugin '{report.name}' of {report.origin} is {report.state}: {report.cause}")
-        for kind in (*KINDS, PolicyRecord.kind):
+        for kind in _KINDS:
             found[kind].update({record.name: report.distribution for record in report.records[kind]})
         found["environment"].update(dict.fromkeys(report.environment_ids, report.distribution))
     for entry in entry_points(group="frobs.commands"):

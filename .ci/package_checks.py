@@ -22,7 +22,6 @@ OLDEST_METADATA = Version("2.4")
 EXACT = {
     ("frobs-algos-sbx", "frobs-algos-sb3"),
     ("frobs-data", "frobs-train"),
-    ("frobs-ray", "frobs-algos-sb3"),
     ("frobs-ray", "frobs-train"),
     ("frobs-rl-compat", "frobs-algos-sb3"),
     ("frobs-rl-compat", "frobs-ros"),

@@ -120,10 +120,12 @@ def find_built() -> dict[str, Built]:
     return found
 
 
-def check(built: Mapping[str, Built]) -> None:
+def check(built: Mapping[str, Built], with_pages: bool) -> None:
     """Check the files as an index does, and what only we can know."""
     run([sys.executable, "-m", "twine", "check", "--strict", *sorted(DIST.iterdir())])
     found = [line for one in built.values() for line in problems(one.wheel, one.sdist)]
+    if with_pages and "frobs_view/page_files/app.js" not in zipfile.ZipFile(built["frobs-view"].wheel).namelist():
+        found.append("frobs-view: the files of static pages are missing; run 'make page' first")
     if found:
         raise CheckError("\n".join(found))
 
@@ -273,6 +275,7 @@ def main() -> int:
     """Build, check and try all distributions; return the exit status."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--build-only", action="store_true", help="build and check the files, and install nothing")
+    parser.add_argument("--without-pages", action="store_true", help="accept a wheel without the files of static pages")
     parser.add_argument("--use-dist", action="store_true", help="build nothing, and try the files that are in dist/")
     parser.add_argument("--require-all", action="store_true", help="fail if one of the Pythons is not on this machine")
     parser.add_argument("--python", nargs="+", default=PYTHONS, metavar="VERSION", help="versions of Python to try")
@@ -282,7 +285,7 @@ def main() -> int:
     start = time.monotonic()
     try:
         built = find_built() if arguments.use_dist else build()
-        check(built)
+        check(built, not arguments.without_pages)
     except CheckError as error:
         print(error, file=sys.stderr)
         return 1

@@ -64,19 +64,18 @@ class CrossEntropy(Algorithm):
 
     name = "cross_entropy"
 
-    def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any], seed: int) -> None:
-        settings = _settings(config)
-        self._build(env.single_observation_space, env.single_action_space, settings)
+    def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: CrossEntropyConfig, seed: int) -> None:
+        self._build(env.single_observation_space, env.single_action_space, config)
         self._env: gym.vector.VectorEnv[Any, Any, Any] | None = env
         self._rng = np.random.default_rng(seed)
         self._mean = np.zeros(self._num_weights)  # (weights,)
-        self._deviation = np.full(self._num_weights, settings.initial_deviation)  # (weights,)
+        self._deviation = np.full(self._num_weights, config.initial_deviation)  # (weights,)
         self._steps = 0
 
     @classmethod
-    def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
+    def resolve_config(cls, config: Mapping[str, Any]) -> CrossEntropyConfig:
         """Validate the settings and fill in the defaults."""
-        return _settings(config).model_dump(mode="json")
+        return validate(CrossEntropyConfig, config, f"algorithm '{cls.name}'")
 
     def train(self, steps: int, monitor: TrainingMonitor) -> None:
         """Train for ``steps`` environment steps. The last iteration is always completed."""
@@ -133,7 +132,7 @@ class CrossEntropy(Algorithm):
             if content["format"] != FORMAT:
                 raise CheckpointError(f"{folder} has format {content['format']}, but {FORMAT} is required.")
             observed, acted = _space_from_json(content["observation_space"]), _space_from_json(content["action_space"])
-            self._build(observed, acted, _settings(content["config"]))
+            self._build(observed, acted, cls.resolve_config(content["config"]))
             self._env, self._steps = env, content["steps"]
             self._rng = np.random.default_rng()
             self._rng.bit_generator.state = content["generator"]
@@ -209,10 +208,6 @@ class CrossEntropy(Algorithm):
         middle, half = (space.high + space.low) / 2.0, (space.high - space.low) / 2.0
         actions = middle + half * np.tanh(values).reshape(-1, *space.shape)  # (n, …)
         return np.clip(actions, space.low, space.high).astype(space.dtype)  # rounding may exceed the bounds
-
-
-def _settings(config: Mapping[str, Any]) -> CrossEntropyConfig:
-    return validate(CrossEntropyConfig, config, f"algorithm '{CrossEntropy.name}'")
 
 
 def _space_to_json(space: Any) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from frobs_core.contracts import Control, Simulation, Snapshot, StepContext, Task
-from frobs_core.description import Camera, Marker, ObservationTerm, Scene
+from frobs_core.description import Camera, Marker, ObservationTerm, Rewards, RewardTerm, Scene
 from frobs_core.util.arrays import Floats, Mask, rows_of
 from frobs_core.util.errors import ConfigurationError
 from frobs_core.util.random import RandomSource
@@ -38,7 +38,27 @@ class MyDrive(Task):
         arrival_reward: Reward for reaching the goal.
     """
 
-    reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
+    rewards: ClassVar[Rewards] = {  # the terms that add up to each type of reward
+        "dense": {
+            "progress": RewardTerm(
+                function=lambda task: task.last_distance - task.distance,
+                weight="progress_weight",
+                meaning="d before the step − d after it, where d is the distance to the goal",
+                unit="m",
+            ),
+            "time": RewardTerm(
+                function=lambda task: np.ones(len(task.distance)), weight="-time_penalty", meaning="1 at every step"
+            ),
+            "arrival": RewardTerm(
+                function=lambda task: task.is_success(),
+                weight="arrival_reward",
+                meaning="1 if the robot is at the goal",
+            ),
+        },
+        "sparse": {
+            "arrival": RewardTerm(function=lambda task: task.is_success(), meaning="1 if the robot is at the goal")
+        },
+    }
     reset_options: ClassVar[Sequence[str]] = ("goal",)
     robots: ClassVar[Sequence[str]] = ("robot",)  # names of the robots that the task needs
     control_timestep: ClassVar[float] = 0.1  # [s] between two actions
@@ -76,9 +96,8 @@ class MyDrive(Task):
         self._start = [part.copy() for part in robot.base_pose]  # pos (num_envs, 3), quat_wxyz (num_envs, 4)
         self._goal: Floats = np.zeros((robot.num_envs, 3))
         self._way: Floats = np.zeros((robot.num_envs, 3))
-        self._distance: Floats = np.zeros(robot.num_envs)
-        self._last_distance: Floats = np.zeros(robot.num_envs)
-        self._terms: dict[str, Floats] = {}
+        self.distance: Floats = np.zeros(robot.num_envs)
+        self.last_distance: Floats = np.zeros(robot.num_envs)
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
         """Begin an episode in the n environments selected by the mask: rotate the robot and choose a goal."""
@@ -95,11 +114,11 @@ class MyDrive(Task):
             offset = distance[:, None] * np.stack([np.cos(direction), np.sin(direction)], axis=-1)
             self._goal[rows, :2] = self._start[0][rows, :2] + offset
         self._measure()
-        self._last_distance[rows] = self._distance[rows]
+        self.last_distance[rows] = self.distance[rows]
 
     def advance(self, context: StepContext) -> None:
         """Measure the quantities that the methods below use, once per control step."""
-        self._last_distance = self._distance
+        self.last_distance = self.distance
         self._measure()
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
@@ -113,26 +132,9 @@ class MyDrive(Task):
 
         return {
             "goal": ObservationTerm(read=lambda: self._way[:, :2], low=-bound, high=bound, unit="m"),
-            "distance": ObservationTerm(read=lambda: self._distance[:, None], low=-bound[:1], high=bound[:1], unit="m"),
+            "distance": ObservationTerm(read=lambda: self.distance[:, None], low=-bound[:1], high=bound[:1], unit="m"),
             "velocity": ObservationTerm(read=velocity, low=-bound, high=bound, unit="m/s, rad/s"),
         }
-
-    def reward(self, context: StepContext) -> Floats:
-        """Return the reward of the step that has just ended, (num_envs,)."""
-        arrived = self.is_success()
-        if self.reward_type == "sparse":
-            self._terms = {"arrival": np.where(arrived, 1.0, 0.0)}
-        else:
-            self._terms = {
-                "progress": self.progress_weight * (self._last_distance - self._distance),
-                "time": np.full(len(arrived), -self.time_penalty),
-                "arrival": np.where(arrived, self.arrival_reward, 0.0),
-            }
-        return np.asarray(sum(self._terms.values()))
-
-    def reward_terms(self) -> Mapping[str, Floats]:
-        """Return the terms that add up to the reward, (num_envs,) each, for logs and plots."""
-        return self._terms
 
     def is_terminated(self) -> Mask:
         """Return whether each robot is at its goal, (num_envs,) bool. Reaching the goal ends the episode."""
@@ -140,7 +142,7 @@ class MyDrive(Task):
 
     def is_success(self) -> Mask:
         """Return whether each robot is at its goal now, (num_envs,) bool."""
-        return self._distance <= self.tolerance
+        return self.distance <= self.tolerance
 
     def markers(self) -> Sequence[Marker]:
         """Return markers to render in addition to the scene: the goal."""
@@ -148,12 +150,12 @@ class MyDrive(Task):
 
     def snapshot(self) -> Snapshot:
         """Return the state that the task keeps between steps, so that training can resume exactly."""
-        return {"goal": self._goal.copy(), "last_distance": self._last_distance.copy()}
+        return {"goal": self._goal.copy(), "last_distance": self.last_distance.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Restore a snapshot."""
         self._goal[:] = snapshot["goal"]
-        self._last_distance = snapshot["last_distance"].copy()
+        self.last_distance = snapshot["last_distance"].copy()
         self._measure()
 
     def _measure(self) -> None:
@@ -161,7 +163,7 @@ class MyDrive(Task):
         way = self._goal - pos
         way[:, 2] = 0.0  # the goal is on the floor, regardless of the height of the robot's root link
         self._way = in_frame(quat, way)
-        self._distance = np.sqrt((way**2).sum(axis=-1))
+        self.distance = np.sqrt((way**2).sum(axis=-1))
 
 
 if __name__ == "__main__":  # python my_drive.py checks the task's contract

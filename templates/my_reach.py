@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from frobs_core.contracts import Control, Simulation, Snapshot, StepContext, Task
-from frobs_core.description import Camera, Marker, ObservationTerm, Scene
+from frobs_core.description import Camera, Marker, ObservationTerm, Rewards, RewardTerm, Scene
 from frobs_core.models import longest_reach
 from frobs_core.util.arrays import Floats, Mask, rows_of
 from frobs_core.util.errors import ParameterValueError, UnsuitableRobotError
@@ -48,7 +48,27 @@ class MyReach(Task):
         start_noise: Maximum deviation of each joint from its home position at the start of an episode [rad or m].
     """
 
-    reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
+    rewards: ClassVar[Rewards] = {  # the terms that add up to each type of reward
+        "dense": {
+            "distance": RewardTerm(
+                function=lambda task: task.distance,
+                weight=-1.0,
+                meaning="d, where d is the distance from the tool to the goal",
+                unit="m",
+            ),
+            "precision": RewardTerm(
+                function=lambda task: closeness(task.distance, task.tolerance),
+                weight="precision_weight",
+                meaning="exp(−(d / tolerance)²)",
+            ),
+        },
+        "sparse": {
+            "missed": RewardTerm(
+                function=lambda task: np.where(task.distance <= task.tolerance, 0.0, -1.0),
+                meaning="−1 if d > tolerance, otherwise 0",
+            )
+        },
+    }
     reset_options: ClassVar[Sequence[str]] = ("goal", "joint_positions")
     robots: ClassVar[Sequence[str]] = ("robot",)  # names of the robots that the task needs
     control_timestep: ClassVar[float] = 0.04  # [s] between two actions
@@ -73,8 +93,7 @@ class MyReach(Task):
         self._shoulder = robot.model.actuated_joints[0].child
         self._goal: Floats = np.zeros((robot.num_envs, 3))
         self._tcp: Floats = np.zeros((robot.num_envs, 3))
-        self._distance: Floats = np.zeros(robot.num_envs)
-        self._terms: dict[str, Floats] = {}
+        self.distance: Floats = np.zeros(robot.num_envs)
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
         """Begin an episode in the n environments selected by the mask: place the robot and choose a goal."""
@@ -127,24 +146,9 @@ class MyReach(Task):
             "goal_from_shoulder": ObservationTerm(read=turned_way, low=-far, high=far, unit="m", scale=5.0),
         }
 
-    def reward(self, context: StepContext) -> Floats:
-        """Return the reward of the step that has just ended, (num_envs,)."""
-        if self.reward_type == "sparse":
-            self._terms = {"missed": np.where(self._distance <= self.tolerance, 0.0, -1.0)}
-        else:
-            self._terms = {
-                "distance": -self._distance,
-                "precision": self.precision_weight * closeness(self._distance, self.tolerance),
-            }
-        return np.asarray(sum(self._terms.values()))
-
-    def reward_terms(self) -> Mapping[str, Floats]:
-        """Return the terms that add up to the reward, (num_envs,) each, for logs and plots."""
-        return self._terms
-
     def is_success(self) -> Mask:
         """Return whether each tool is at its goal, (num_envs,) bool. The last step determines an episode's success."""
-        return self._distance <= self.tolerance
+        return self.distance <= self.tolerance
 
     # An episode ends at the time limit. To end it earlier, implement is_terminated().
 
@@ -163,7 +167,7 @@ class MyReach(Task):
 
     def _measure(self) -> None:
         self._tcp = self._robot.frame_pose("tcp")[0].copy()
-        self._distance = distance_to(self._goal, self._tcp)
+        self.distance = distance_to(self._goal, self._tcp)
 
     def _survey(self) -> Floats:
         """Return tool positions (k, 3) [m] of postures with the whole arm above the floor.

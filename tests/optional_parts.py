@@ -4,8 +4,8 @@ A test that needs such a part is marked ``@pytest.mark.needs("ros")``. The mark 
 Python modules; with ``on="mujoco"``, it counts only for the cases of the test with this parameter. Tests get the mark by themselves if they use a fixture of :data:`FIXTURES`, or if they are parametrized
 with ``"pybullet"``. Where a part is missing, the test is skipped; with ``FROBS_REQUIRE_PARTS=all`` it fails instead.
 
-Two options check that the marks are true: ``--prove-needs`` runs the tests whose parts are missing, and reports those that
-pass. Without a mark, a test that is skipped because something is missing fails.
+Two checks ensure that the marks are true: ``--prove-needs`` also runs the tests whose parts are missing, and reports those
+that pass. Without a mark, a test that is skipped because something is missing fails.
 """
 
 from __future__ import annotations
@@ -75,8 +75,29 @@ def _has_gazebo() -> bool:
     return True
 
 
+def _has_page() -> bool:
+    built = ROOT / "plugins" / "frobs-view" / "src" / "frobs_view" / "page_files" / "app.js"
+    return built.is_file() and (ROOT / "plugins" / "frobs-view" / "page" / "node_modules").is_dir()
+
+
+def _has_ros2_dds() -> bool:
+    from ros2_wheels import ros2_variables
+
+    variables = ros2_variables()
+    command = [sys.executable, "-c", "import cyclonedds.domain"]
+    return variables is not None and subprocess.run(command, env=variables, capture_output=True).returncode == 0
+
+
+def _has_ros2() -> bool:
+    from ros2_wheels import ros2_variables
+
+    return ros2_variables() is not None
+
+
 PARTS: Mapping[str, tuple[Callable[[], bool], str]] = {
     "ros": (_has_ros, "ROS 1: apt-get install ros-core"),
+    "ros2": (_has_ros2, "ROS 2 in a folder of its own: .ci/ros2.sh"),
+    "ros2-dds": (_has_ros2_dds, "another vendor's DDS beside ROS 2: .ci/ros2.sh"),
     "ros-state-publisher": (_has_state_publisher, "apt-get install ros-robot-state-publisher"),
     "rosbag": (_has_rosbag, "apt-get install python3-rosbag"),
     "rviz": (lambda: _programs("rviz", "Xvfb"), "apt-get install rviz xvfb"),
@@ -85,6 +106,7 @@ PARTS: Mapping[str, tuple[Callable[[], bool], str]] = {
         lambda: any(map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))),
         "apt-get install chromium",
     ),
+    "page": (_has_page, "the files of static pages: make page"),
     "rendering": (lambda: _runs(sys.executable, "-c", _DRAW), "OpenGL: apt-get install libegl1 libgl1-mesa-dri"),
     "xterm": (lambda: _programs("Xvfb", "xterm"), "apt-get install xvfb xterm"),
     "mounts": (lambda: _runs("unshare", "-m", "true"), "the rights to mount a file system"),
@@ -102,6 +124,7 @@ OPTIONAL_EVERYWHERE = ("lerobot", "vendors")
 
 FIXTURES: Mapping[str, str] = {
     "ros": "ros",
+    "ros2": "ros2",
     "legacy_run": "ros",
     "real_gazebo": "gazebo",
     "small_disk": "mounts",
@@ -130,7 +153,9 @@ def needs_of(item: pytest.Item) -> list[str]:
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the options that run the tests of a bare machine once, and check the marks."""
-    parser.addoption("--prove-needs", action="store_true", help="run tests whose parts are missing: they must fail")
+    parser.addoption(
+        "--prove-needs", action="store_true", help="also run tests whose parts are missing: they must fail"
+    )
     parser.addoption("--passed-to", metavar="FILE", help="write the names of the tests that passed")
     parser.addoption("--skip-passed", metavar="FILE", help="leave out the tests that --passed-to has written")
 
@@ -148,9 +173,6 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         left_out = [item for item in items if item.nodeid in passed]
         config.hook.pytest_deselected(items=left_out)
         items[:] = [item for item in items if item.nodeid not in passed]
-    elif config.getoption("--prove-needs"):
-        config.hook.pytest_deselected(items=[item for item in items if all(map(is_here, needs_of(item)))])
-        items[:] = [item for item in items if not all(map(is_here, needs_of(item)))]
 
 
 def _by_fixture(item: pytest.Item) -> Iterator[str]:

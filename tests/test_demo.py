@@ -53,7 +53,6 @@ def test_tool_actions_are_learned_and_the_run_folder_is_complete(tmp_path: Path)
 
 
 @pytest.mark.slow
-@pytest.mark.exhaustive
 def test_joint_actions_are_learned_in_600_000_steps(tmp_path: Path) -> None:
     found, run = learn(tmp_path)
     assert_learned(found)

@@ -9,6 +9,9 @@ from frobs_core.util.errors import (
     ConfigurationError,
     MissingSettingError,
     ParameterValueError,
+    ResetOptionError,
+    SceneError,
+    SettingError,
     UnknownNameError,
     UnknownParameterError,
 )
@@ -39,6 +42,19 @@ def test_a_value_error_names_owner_parameter_value_and_rule():
 def test_an_owner_and_an_advice_can_be_omitted():
     assert str(ParameterValueError("steps", "many", "a number")) == "steps is 'many'; it must be a number."
     assert str(MissingSettingError("task 'reach'", "a robot")) == "task 'reach' needs a robot."
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (SettingError("sensors.imu", "remove it."), "sensors.imu: remove it."),
+        (ResetOptionError("goal", "is 'far'."), "reset option 'goal' is 'far'."),
+        (SceneError("contact 'grip'", "refers to {x}."), "contact 'grip' refers to {x}."),
+    ],
+)
+def test_an_error_of_a_setting_names_its_place_and_the_reason(error, text):
+    assert isinstance(error, SettingError)
+    assert str(pickle.loads(pickle.dumps(error))) == text
 
 
 def test_an_unknown_name_lists_the_five_nearest_of_many():

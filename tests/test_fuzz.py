@@ -139,7 +139,7 @@ def invalid(name: str, rng: random.Random) -> str:
         return rng.choice(SETTINGS)
     if name in CHOICES:
         return rng.choice(NAMES)
-    if name in ("config", "space"):
+    if name in ("config", "file", "space"):
         return rng.choice([f"junk{rng.randrange(6)}.yaml", "garbage.yaml", "missing", "empty"])
     return rng.choice((*FILES, *NAMES))
 
@@ -151,7 +151,7 @@ def arguments(command: Any, rng: random.Random) -> list[str]:
     options = [
         item
         for item in command.params
-        if item not in positional and item.name in NUMERIC | CHOICES | {"settings", "config", "space"}
+        if item not in positional and item.name in NUMERIC | CHOICES | {"settings", "config", "file", "space"}
     ]
     chosen = rng.sample(options, min(len(options), rng.randrange(3)))
     for item in chosen:

@@ -35,8 +35,10 @@ ALLOWED = {
     "frobs-algos-sbx": {CORE, ALGOS, "frobs-algos-sb3"},
     "frobs-algos-*": {CORE, ALGOS},
     "frobs-data": {CORE, CLI, TRAIN},
-    "frobs-ray": {CORE, ALGOS, TRAIN, "frobs-algos-sb3"},
+    "frobs-view": {CORE, MODELS, CLI, TRAIN, DEVKIT},
+    "frobs-ray": {CORE, ALGOS, TRAIN},
     "frobs-ros": {CORE, MODELS, CLI, DEPLOY},
+    "frobs-ros2": {CORE, MODELS, CLI, DEPLOY},
     "frobs-rl-compat": {
         *(CORE, MODELS, CLI, "frobs-ros", "frobs-algos-sb3", "frobs-controllers-planning"),
         *("frobs-tasks-legacy", TRAIN, DEVKIT),
@@ -50,7 +52,7 @@ REQUIRED_ONLY = {
     "frobs-rl-compat": {"frobs-tasks-legacy"},  # packages for FRobs_RL use its tasks by ID
     **{
         f"frobs-{name}": {MODELS}
-        for name in ("grippers", *(f"robots-{of}" for of in ("abb", "franka", "kobuki", "ur")))
+        for name in ("grippers", *(f"robots-{of}" for of in ("abb", "franka", "kobuki", "so101", "ur")))
     },
 }
 """Required without an import. Robots are model files, which frobs-models reads."""
@@ -74,8 +76,8 @@ OPTIONAL = {
 }
 """Imports that no requirement covers: each is used only if it is installed."""
 
-FROM_ROS = {"actionlib", "dynamic_reconfigure", "genmsg", "genpy", "rosgraph", "rosparam", "rospy"}
-"""Modules of ROS 1, besides those of messages and services."""
+FROM_ROS = {"rclpy", "actionlib", "dynamic_reconfigure", "genmsg", "genpy", "rosgraph", "rosparam", "rospy"}
+"""Modules of ROS 1 and ROS 2, besides those of messages and services."""
 
 USED_BY_OTHERS = {
     ALGOS: {"onnxscript"},  # by torch.onnx
@@ -83,6 +85,15 @@ USED_BY_OTHERS = {
     "frobs-algos-sbx": {"tfp-nightly"},  # by sbx
     TRAIN: {"alembic"},  # by MLflow, for a local database
     "frobs-ray": {"dm-tree", "lz4", "ormsgpack", "scipy"},  # by RLlib
+    "frobs-ros2": {  # rclpy and message types, whose import packages have other names
+        "ros-jazzy-nav-msgs",
+        "ros-jazzy-rclpy",
+        "ros-jazzy-rmw-fastrtps-cpp",
+        "ros-jazzy-rosgraph-msgs",
+        "ros-jazzy-sensor-msgs",
+        "ros-jazzy-std-srvs",
+        "ros-jazzy-trajectory-msgs",
+    },
     "frobs-ros": {"defusedxml", "netifaces", "pycryptodomex", "python-gnupg", "rospkg"},  # by rospy
 }
 """Requirements that a distribution does not import itself."""
@@ -123,6 +134,13 @@ def test_a_distribution_requires_what_it_imports_of_frobs(distribution: Distribu
         pytest.skip("not applicable: the meta-package has no code")
     required = distribution.requirements() & set(distributions())
     assert required == imported_distributions(distribution) | REQUIRED_ONLY.get(distribution.name, set())
+
+
+def test_algorithms_share_code_only_through_their_base() -> None:
+    """The algorithms of sbx may also import those of stable-baselines3, whose classes sbx subclasses."""
+    families = {name for name in distributions() if fnmatch(name, "frobs-algos-*") or name == "frobs-ray"}
+    shared = {name: imported_distributions(distributions()[name]) & families - {name} for name in families}
+    assert {name: found for name, found in shared.items() if found} == {"frobs-algos-sbx": {"frobs-algos-sb3"}}
 
 
 def test_the_meta_package_requires_every_distribution_but_those_for_jax_and_ray() -> None:

@@ -31,7 +31,7 @@ MODULES = {
 BUILT_ON = {
     "frobs-algos-sbx": ("frobs-algos-sb3",),
     "frobs-data": ("frobs-train",),
-    "frobs-ray": ("frobs-algos-sb3", "frobs-train"),
+    "frobs-ray": ("frobs-train",),
     "frobs-rl-compat": ("frobs-ros", "frobs-algos-sb3"),
 }
 """Distributions that use the inside of another one, and require exactly its version."""
@@ -48,10 +48,14 @@ def source(module: str) -> Path | None:
 def exported(module: str) -> set[str] | None:
     """Return what a module's ``__all__`` lists, without importing it; None: it has none.
 
-    In ``__all__ = [*_MODULES]`` the names are the keys of a mapping, which are imported when they are first used.
+    In ``__all__ = [*_MODULES]`` the names are the keys of a mapping, which are imported when they are first used. With
+    ``__all__, __getattr__ = lazy_names(…)`` they are what the package imports for type checkers.
     """
     path = source(module)
     tree = ast.parse(path.read_text("utf-8")) if path else ast.Module([], [])
+    if any(isinstance(node, ast.Assign) and ast.unparse(node.value).startswith("lazy_names(") for node in tree.body):
+        imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+        return {alias.name for node in imports if str(node.module).startswith(f"{module}.") for alias in node.names}
     values = {
         node.targets[0].id: node.value
         for node in tree.body
@@ -105,6 +109,8 @@ def test_who_uses_the_inside_of_a_distribution_requires_its_version(name: str, b
 
 def test_what_is_exported_is_found() -> None:
     assert exported("frobs_train") >= {"Run", "train"}
+    assert exported("frobs_data") >= {"Dataset", "merge"}
+    assert exported("frobs_view") >= {"BrowserViewer", "ViewServer"}
     assert exported("frobs_core.models") >= {"RobotModel"}
     assert exported("frobs_core.util.errors") is None
     assert not is_public("frobs_models.xmltree", "Element")

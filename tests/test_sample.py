@@ -1,4 +1,4 @@
-"""The sample of tests marked exhaustive."""
+"""The sample of slow tests."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _spec.loader.exec_module(sampling)
 CASES = """
 import pytest
 
-@pytest.mark.exhaustive
+@pytest.mark.slow
 @pytest.mark.parametrize("case", range(16))
-def test_exhaustive(case):
+def test_slow(case):
     pass
 
-@pytest.mark.slow
+@pytest.mark.slow(every=3)
 @pytest.mark.parametrize("case", range(16, 28))
-def test_slow(case):
+def test_third(case):
     pass
 
 def test_plain():
@@ -68,10 +68,10 @@ def test_functions_with_one_case_are_distributed_over_the_samples():
 
 
 def run(folder: Path, *options: str, **environment: str) -> tuple[list[int], str]:
-    """Run 16 exhaustive and 12 slow cases in a folder outside any repository; return the cases that ran, and the output."""
+    """Run 16 + 12 slow cases in a folder outside any repository; return the cases that ran, and the output."""
     (folder / "conftest.py").write_text(CONFTEST.read_text("utf-8"), encoding="utf-8")
     (folder / "test_cases.py").write_text(CASES, encoding="utf-8")
-    (folder / "pytest.ini").write_text("[pytest]\nmarkers =\n  exhaustive\n  slow\n", encoding="utf-8")
+    (folder / "pytest.ini").write_text("[pytest]\nmarkers = slow\n", encoding="utf-8")
     inherited = {key: value for key, value in os.environ.items() if not key.startswith(("PYTEST", "FROBS_SAMPLE"))}
     inherited["PYTHONPATH"] = str(CONFTEST.parent / "tests")
     command = [sys.executable, "-m", "pytest", "-v", "-p", "no:cacheprovider", *options]
@@ -87,8 +87,8 @@ def run(folder: Path, *options: str, **environment: str) -> tuple[list[int], str
 )
 def test_a_run_selects_its_sample_and_shows_how_to_repeat_it(tmp_path, options):
     cases, output = run(tmp_path, *options, FROBS_SAMPLE="1")
-    assert cases[:2] == [6, 14]
-    assert cases[2:] == [16 + i for i in range(12) if sampling.is_sampled("test_cases.py::test_slow", i, 1, 3)]
+    assert cases[:2] == [7, 15]
+    assert cases[2:] == [16 + i for i in range(12) if sampling.is_sampled("test_cases.py::test_third", i, 1, 3)]
     assert "sample 2 of 8 of slow tests; FROBS_SAMPLE=1 repeats it, --exhaustive runs all" in output
 
 
@@ -98,7 +98,7 @@ def test_an_exhaustive_run_selects_every_case(tmp_path):
 
 def test_a_test_that_is_named_runs_in_any_sample(tmp_path):
     for sample in "01":
-        assert run(tmp_path, "test_cases.py::test_slow", FROBS_SAMPLE=sample)[0] == list(range(16, 28))
+        assert run(tmp_path, "test_cases.py::test_third", FROBS_SAMPLE=sample)[0] == list(range(16, 28))
 
 
 @pytest.mark.slow
@@ -110,5 +110,5 @@ def test_all_workers_use_the_sample_of_the_controller(tmp_path):
     sample = sampling.choose_sample({}, commit)
     cases, output = run(tmp_path, "-n", "2")
     assert f"FROBS_SAMPLE={sample} " in output
-    function = "test_cases.py::test_exhaustive"
+    function = "test_cases.py::test_slow"
     assert cases[:2] == [index for index in range(16) if sampling.is_sampled(function, index, sample)]

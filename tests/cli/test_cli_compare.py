@@ -40,7 +40,7 @@ def test_groups_stand_in_a_table_with_what_is_sure(frobs: Callable[..., Result],
 def test_json_has_it_all(facts: Callable[..., Any], tmp_path: Path) -> None:
     found = facts("compare", make(tmp_path / "a", 0, None), make(tmp_path / "b", 1, None))
     assert found["metric"] == "reward"
-    assert found["groups"][0]["final"] == {"value": -2.5, "low": -2.5, "high": -2.5}
+    assert found["groups"][0]["final"] == {"value": -2.5, "low": None, "high": None}
     assert found["groups"][0]["runs"][1]["seed"] == 1
     assert found["notes"]
 

@@ -166,6 +166,23 @@ def test_only_robots_have_pictures(frobs: Frobs, tmp_path: Path) -> None:
     assert not (tmp_path / "reach.png").exists()
 
 
+@pytest.mark.needs("rendering")
+def test_the_pictures_of_all_cameras_are_drawn(frobs: Frobs, tmp_path: Path) -> None:
+    import matplotlib.image
+
+    file = tmp_path / "cameras.png"
+    result = frobs("show", "frobs/PandaPickAndPlaceVision-v0", "--cameras", str(file))
+    assert result.exit_code == 0, result.stderr
+    assert matplotlib.image.imread(file).shape == (72 + 2 * (400 + 64) + 24, 2 * (400 + 24) + 24, 4)
+    for words, message in (
+        (("irb120", "--cameras", str(file)), "an environment ID is required, but 'irb120' is none"),
+        (("frobs/PandaPush-v0", "--cameras", str(tmp_path / "cameras.jpg")), "a file name that ends in .png"),
+    ):
+        result = frobs("show", *words)
+        assert result.exit_code == 2
+        assert message in " ".join(result.stderr.split())
+
+
 def test_a_machine_without_opengl_is_told_what_to_install(
     frobs: Frobs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

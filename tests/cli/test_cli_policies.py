@@ -66,6 +66,7 @@ def test_policies_are_listed_and_completed(facts: Facts) -> None:
         "expert": "frobs-core",
         "pretrained": "frobs-train",
         "random": "frobs-core",
+        **dict.fromkeys(("teleop", "teleop:gamepad", "teleop:keyboard"), "frobs-view"),
         "trained": "frobs-train",
     }
-    assert complete_policy("") == ["expert", "pretrained", "random"]
+    assert complete_policy("") == ["expert", "pretrained", "random", "teleop", "teleop:gamepad", "teleop:keyboard"]

@@ -160,3 +160,10 @@ def test_an_unknown_number_is_a_dash() -> None:
     """A run that ends before its first episode has no reward."""
     assert number(None) == percent(None) == "–"
     assert number(1234.4) == "1,234"
+
+
+def test_an_error_does_not_repeat_an_argument_that_is_a_file(frobs: Callable[..., Result]) -> None:
+    result = frobs("plugins", "x" * 100_000)
+    assert result.exit_code == 2
+    assert len(result.stderr) < 1_000
+    assert "x…" in result.stderr

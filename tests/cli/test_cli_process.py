@@ -71,7 +71,7 @@ def test_stdout_carries_only_json(process: Process) -> None:
     done = process("list", "--json")
     assert done.returncode == 0
     parts = {"simulators", "robots", "controllers", "tasks", "algorithms", "environments"}
-    assert {*parts, "capabilities", "sensor_types", "parameters", "policies", "commands"} == set(
+    assert {*parts, "capabilities", "sensor_types", "parameters", "policies", "viewers", "commands"} == set(
         json.loads(done.stdout)
     )
 

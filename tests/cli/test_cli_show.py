@@ -13,6 +13,7 @@ from frobs_core.plugins.records import KINDS
 
 Frobs = Callable[..., Result]
 Facts = Callable[..., Any]
+QUICK = ("frobs/Irb120Reach-v0", "frobs/KobukiDynamic-v0", "frobs/PandaLift-v0")
 NAMES = [f"{kind}:{name}" for kind in KINDS for name in plugins.importable(kind)]
 
 
@@ -25,7 +26,9 @@ def test_every_record_can_be_shown(frobs: Frobs, facts: Facts, name: str) -> Non
     assert found["summary"] in frobs("show", name).stdout
 
 
-@pytest.mark.parametrize("env_id", registry.environments())
+@pytest.mark.parametrize(
+    "env_id", [id if id in QUICK else pytest.param(id, marks=pytest.mark.slow) for id in registry.environments()]
+)
 def test_every_environment_can_be_shown(facts: Facts, env_id: str) -> None:
     [found] = facts("show", env_id)
     assert found["kind"] == "environment"

@@ -59,16 +59,7 @@ def together(shared_sandbox: Sandbox, isolated_plugins: Any) -> tuple[Sandbox, P
     return shared_sandbox, shared
 
 
-def _cases() -> Iterator[Any]:
-    """Each kind of package once, and the rest as many alike."""
-    met = set()
-    for row in ROWS:
-        marks = [pytest.mark.exhaustive] if row["what"] in met else []
-        met.add(row["what"])
-        yield pytest.param(row, id=label(row), marks=marks)
-
-
-@pytest.mark.parametrize("row", list(_cases()))
+@pytest.mark.parametrize("row", ROWS, ids=label)
 def test_every_pair_of_answers_passes_its_tests_and_trains(
     row: Mapping[str, str], together: tuple[Sandbox, Path], tmp_path: Path
 ) -> None:
@@ -126,7 +117,6 @@ def test_from_wheels_alone_a_pair_is_made_installed_tested_and_learned(
 
 
 @pytest.mark.needs("pybullet_data")
-@pytest.mark.exhaustive
 @pytest.mark.parametrize("file", ["xarm/xarm6_robot.urdf", "kuka_iiwa/model.urdf"])
 def test_a_pair_from_an_unknown_arm_learns_to_reach(file: str, new: Any, sandbox: Sandbox, tmp_path: Path) -> None:
     import pybullet_data as data

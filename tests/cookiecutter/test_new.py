@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
+from runpy import run_path
 
 import pytest
+from gripper_arms import arm, robot, two_fingers
 from typer.testing import CliRunner, Result
 
 from frobs_cli.program import program
+from frobs_core.description import Robot
+from frobs_core.models import find_reader
 from frobs_devkit.cli import new as module
 
 Frobs = Callable[..., Result]
@@ -239,3 +244,22 @@ def test_the_license_of_a_robots_file_is_copied(frobs: Frobs, tiny_arm: Path) ->
     done = frobs("new", "robot", "tiny", "--robot-file", str(tiny_arm))
     assert done.exit_code == 0, done.output
     assert Path("frobs-robots-tiny/src/frobs_robots_tiny/MODEL_LICENSE").read_text() == "Copyright of the vendor"
+
+
+def test_the_gripper_of_a_robot_file_is_filled_in(frobs: Frobs, tmp_path: Path) -> None:
+    file = tmp_path / "grasper.urdf"
+    file.write_text(robot(arm(4), two_fingers()))
+    done = frobs("new", "robot", "grasper", "--robot-file", str(file), "--failing-checks", "expect")
+    assert done.exit_code == 0, done.output
+    source = Path("frobs-robots-grasper/src/frobs_robots_grasper")
+    described = run_path(str(source / "robot.py"))["GRASPER"]
+    expected = find_reader(file).with_gripper(Robot(model=str(file), name="grasper"))
+    for name in ("groups", "default_controllers", "end_effectors", "friction", "self_collision", "tcp"):
+        assert getattr(described, name) == getattr(expected, name), name
+    assert described.home == {"left": 0.04}
+    assert described.gains.of("left") == pytest.approx(expected.gains.of("left"), rel=1e-5)
+    assert [link.name for link in described.read_model().links] == [link.name for link in expected.read_model().links]
+    assert all(
+        str(path).startswith("meshes/")
+        for path in re.findall('filename="(.*?)"', (source / "grasper.urdf").read_text())
+    )

@@ -38,7 +38,7 @@ def _cases() -> Iterator[Any]:
     for row in ROWS:
         begins = next((begin for begin in fast if label(row).startswith(begin)), None)
         fast.discard(begins or "")
-        yield pytest.param(row, id=label(row), marks=() if begins else (pytest.mark.slow, pytest.mark.exhaustive))
+        yield pytest.param(row, id=label(row), marks=() if begins else pytest.mark.slow)
 
 
 CASES = list(_cases())

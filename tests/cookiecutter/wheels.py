@@ -32,11 +32,12 @@ def locked(folder: Path) -> Iterator[None]:
 
 
 def frobs_wheels(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    """Return the wheels, built at the first call."""
+    """Return the wheels in the folder ``FROBS_WHEELS``, or without it wheels that are built at the first call."""
     folder = shared_folder(tmp_path_factory, "wheels")
+    built = Path(os.environ.get("FROBS_WHEELS", folder / "dist"))
     projects = [ROOT, *(file.parent for file in sorted(ROOT.glob("plugins/*/pyproject.toml")))]
     with locked(folder):
-        wheels = sorted(folder.glob("dist/*.whl")) or build_wheels(projects, folder / "dist")
+        wheels = sorted(built.glob("*.whl")) or build_wheels(projects, built)
     assert len(wheels) == len(projects)
     return wheels
 

@@ -19,6 +19,10 @@ from typing import Any
 from pages import Block, blocks
 
 SHORTER: dict[str, dict[str, str]] = {
+    "arm-on-your-desk.md": {
+        "--run-dir runs/bracket\n": "--run-dir runs/bracket --steps 12_800 --set algorithm_config.final_updates=200\n",
+        "--episodes 200": "--episodes 20",
+    },
     "README.md": {"train(config, ": "train(config.model_copy(update={'steps': 20_000}), "},
     "choose-parts.md": {
         "simulator_kwargs.cone=elliptic": "simulator_kwargs.cone=elliptic --steps 2_048",
@@ -26,10 +30,16 @@ SHORTER: dict[str, dict[str, str]] = {
     },
     "first-robot.md": {"--run-dir runs/first\n": "--run-dir runs/first --steps 20_000\n"},
     "grippers.md": {"steps: 800_000": "steps: 2_048", "--episodes 1_000": "--episodes 10"},
+    "look-at-your-robot.md": {
+        "frobs view my_arm.urdf": "frobs view my_arm.urdf --seconds 1",
+        "frobs view runs/my_arm": "frobs view runs/my_arm --seconds 1",
+        "--run-dir runs/my_arm\n": "--run-dir runs/my_arm --steps 4_096\n",
+    },
     "manipulation.md": {"--algorithm sac\n": "--algorithm sac --steps 500\n"},
     "own-plugin.md": {"--run-dir runs/my_arm\n": "--run-dir runs/my_arm --steps 20_000\n"},
     "paced-simulators.md": {"--episodes 100": "--episodes 1"},
     "pixels.md": {"steps: 150_000": "steps: 1_024", "--episodes 1_000": "--episodes 4"},
+    "send-a-page.md": {"--run-dir runs/reach\n": "--run-dir runs/reach --steps 4_096\n"},
     "teach-a-robot.md": {
         "--seed 0 --run-dir runs/clone": "--seed 0 --run-dir runs/clone --set algorithm_config.torch_threads=1",
         "--run-dir runs/dagger\n": "--run-dir runs/dagger --steps 6_400 --set algorithm_config.final_updates=200\n",

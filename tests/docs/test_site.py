@@ -25,7 +25,7 @@ from frobs_core.plugins.records import KINDS, EnvironmentRecord
 
 pytest.importorskip("sphinx", reason="the documentation is built with Sphinx; see requirements-dev.txt")
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.slow(every=1)  # these tests build the documentation in CI
 
 
 class Page(HTMLParser):

@@ -33,7 +33,7 @@ ARGUMENTS: Mapping[str, frozenset[str]] = {
 OPTIONS: Mapping[str, frozenset[str]] = {
     "robot": frozenset({"robot", "robot_file"}),
     "mesh": frozenset({"robot", "robot_file"}),
-    "yaml": frozenset({"config", "space"}),
+    "yaml": frozenset({"config", "file", "space"}),
     "bundle": frozenset(),
     "run": frozenset(),
     "model": frozenset({"model"}),
@@ -313,7 +313,7 @@ def command_lines(draw: st.DrawFn, commands: Commands) -> Case:
 
 def option_values(name: str) -> st.SearchStrategy[str]:
     """Return a strategy of values for an option."""
-    if name in ("out", "output", "run_dir", "study_dir", "video", "picture"):
+    if name in ("out", "output", "run_dir", "folder", "video", "picture"):
         return st.sampled_from(PATHS)
     if name == "settings":
         text = st.builds(

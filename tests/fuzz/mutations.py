@@ -203,9 +203,14 @@ def xml_prologue(data: bytes, where: int, value: int, name: str) -> bytes:
 
 
 def _load(data: bytes) -> Any:
+    """Return the tree of a file, unless it has aliases: nested ones can describe more values than memory holds."""
     try:
         text = data.decode("utf-8")
-        return json.loads(text) if text.lstrip().startswith(("{", "[")) else yaml.safe_load(text)
+        if text.lstrip().startswith(("{", "[")):
+            return json.loads(text)
+        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text)):
+            raise UnchangedError
+        return yaml.safe_load(text)
     except (ValueError, yaml.YAMLError, RecursionError, OverflowError):
         raise UnchangedError from None
 

@@ -15,7 +15,8 @@ from typing import Any
 from server import Server, prepare
 
 ROOT = Path(__file__).parents[2]
-sys.path[:0] = [str(ROOT / "tests" / "security"), str(ROOT / "tests" / "models")]
+TESTS = ("tests/security", "tests/models", "plugins/frobs-models/tests")
+sys.path[:0] = [str(ROOT / folder) for folder in TESTS]
 
 KINDS = ("robot", "mesh", "yaml", "bundle", "run", "model", "package")
 """Kinds of inputs that are files. Command lines are a kind of their own."""

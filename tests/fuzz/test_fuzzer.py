@@ -87,7 +87,7 @@ DOES = {
     "a strange exit code": lambda: sys.exit(7),
     "a crash": lambda: ctypes.string_at(0),
     "an internal message": lambda: fail_with("'NoneType' object has no attribute 'x'"),
-    "a long message": lambda: fail_with("x" * 10_000),
+    "a long message": lambda: fail_with("word " * 2_000),
     "JSON that is not": lambda: print("NaN"),
     "a program": lambda: subprocess.run(["true"]),
     "a shell": lambda: os.system("true"),
@@ -250,6 +250,13 @@ def test_mutations_change_files_and_repeat(tmp_path: Path, name: str, data: byte
         assert results[0] == results[1]
         changed += results[0] != data
     assert changed >= len(fitting) // 2
+
+
+def test_a_file_that_would_exhaust_memory_is_left_as_it_is(tmp_path: Path) -> None:
+    text = "a0: &a0 {x: 1}\n" + "".join(f"a{i}: &a{i} {{<<: [{f'*a{i - 1}, ' * 90}]}}\n" for i in range(1, 12))
+    (tmp_path / "c.yaml").write_text(text)
+    mutations.apply(mutations.Mutation("data_replace", 0, 7, 3), [tmp_path / "c.yaml"])
+    assert (tmp_path / "c.yaml").read_text() == text
 
 
 def test_a_case_can_be_stored_and_repeated() -> None:

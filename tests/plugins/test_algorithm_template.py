@@ -113,7 +113,7 @@ def test_training_goes_on_from_a_checkpoint_as_if_it_had_never_stopped(
                 self.generators = [one.unwrapped.np_random.bit_generator.state for one in env.envs]
 
     cls, env, monitor = installed.load(), make(), Saves()
-    first = cls(env, TINY, 5)
+    first = cls(env, cls.resolve_config(TINY), 5)
     first.train(600, monitor)
     other = make()
     for one, state in zip(other.envs, monitor.generators, strict=True):

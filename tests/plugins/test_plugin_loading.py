@@ -102,7 +102,7 @@ BROKEN = {
             f"return [{TASK.format('a', environment('x/Y-v0'))}, {TASK.format('b', environment('x/Y-v0'))}]",
             "frobs_tasks",
         ),
-        "the environment ID 'x/Y-v0' is provided twice",
+        "environment ID 'x/Y-v0' is provided twice",
     ),
     "name with capitals": (
         robots("IRB120"),

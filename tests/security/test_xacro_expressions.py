@@ -86,6 +86,16 @@ OTHER_WAYS = [
     "[].append(1)",
     "(1).to_bytes(1, 'big')",
     "'abc'.encode()",
+    "len.call",
+    "xacro.load_yaml.budget.refuse('x')",
+    "python.map(lambda f: f.call, [len])",
+    "[].copy.bound",
+    "{}.get.__self__.__class__",
+    "python.slice(1).stop",
+    "[math]",
+    "map(lambda m: m.pi, [math])",
+    "dict(**math)",
+    "f'{().__class__}'",
 ]
 
 
@@ -159,6 +169,12 @@ KEPT = {
     "'a' 'b' + '!'.join(['1', '2'])": "ab1!2",
     "(lambda a, b: a ** b)(2, 10)": "1024",
     "python.reversed([1, 2])[0] | 1 << 2": "6",
+    "'%(n)03d of IRB-2400' % dict(n=7)": "007 of IRB-2400",
+    "max(*[1, 2], **dict(key=lambda x: -x))": "1",
+    "python.isinstance(1, (str, (int, float)))": "True",
+    "[f() for f in [lambda: x for x in range(3)]]": "[2, 2, 2]",
+    "(lambda x: [x for x in [9]] + [x])(1)": "[9, 1]",
+    "python.sum([[1], [2]], [])": "[1, 2]",
 }
 
 

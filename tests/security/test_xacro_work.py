@@ -59,6 +59,17 @@ EXPRESSIONS = [
     "1" + "+1" * 5000,
     "x." * 2000 + "y",
     "[" * 120 + "]" * 120,
+    "'%(a)999999999d' % dict(a=1)",
+    "'%((a))999999999d' % dict([('(a)', 1)])",
+    "[0.5 in range(99999) for i in range(50000)]",
+    "[math.fsum(range(99999)) for i in range(9999)]",
+    "[" + "*range(99999), " * 300 + "]",
+    "[math.hypot(*range(9999)) for i in range(9999)]",
+    "python.sum([[1] * 999] * 99, [])",
+    "[python.sum(range(99999)) for i in range(9999)]",
+    "[max(range(99999), key=python.abs) for i in range(9999)]",
+    "[python.filter([].count, range(99999)) for i in range(9999)]",
+    "(lambda f: python.sorted([f], key=f))(lambda f: python.sorted([f], key=f))",
 ]
 FILES = {
     "macros that call others ten times": macro("a0", "<x/>")
@@ -97,6 +108,22 @@ FILES = {
     "sorting by long lists": prop("a", "${list(range(9999))}")
     + '<a v="${python.sorted(range(3000), key=lambda x: a)}"/>',
     "messages without end": "<a v=\"${xacro.warning('x')}\"/>" * 9000,
+    "searching from the end": prop("s", "a" * 900_000)
+    + prop("part", "ab" + "a" * 450_000)
+    + '<a v="${s.rfind(part)}"/>',
+    "splitting from the end": prop("s", "a" * 900_000)
+    + prop("part", "ab" + "a" * 450_000)
+    + '<a v="${s.rsplit(part)}"/>',
+    "stripping many characters": prop("s", "a" * 900_000)
+    + prop("part", "b" * 450_000 + "a")
+    + '<a v="${s.strip(part)}"/>',
+    "complex numbers with the same hash": prop("p", "${[k * 1j - 1000003.0 * k for k in range(12000)]}")
+    + '<a v="${[len(python.set(p)) for i in range(20)]}"/>',
+    "a method of a long list": prop("m", "${list(range(9999)).count}") + '<a v="${[m(-1) for i in range(30000)]}"/>',
+    "mappings that are unpacked": prop("p", "${dict(python.zip(range(20000), range(20000)))}")
+    + '<a v="${dict('
+    + "**p, " * 900
+    + ')}"/>',
     "the name of an argument": '<link name="$(arg ' + "a" * 900_000 + ')"/>',
 }
 YAML = {
@@ -107,6 +134,7 @@ YAML = {
     "an alias of itself": "&a [*a]",
     "depth": "[" * 5000,
     "many values": "[" + "1," * 200_000 + "]",
+    "integers with the same hash": "".join(f"{k * (2**61 - 1)}: 1\n" for k in range(9000)),
     "a large file": "# " + "x" * 10**6,
     "a Python object": "!!python/object/apply:os.mkdir [made]",
     "bytes": "a: !!binary aGVsbG8=",
