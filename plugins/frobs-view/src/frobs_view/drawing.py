@@ -45,9 +45,6 @@ class Drawing:
         ]
         self._pos, self._quat = np.zeros((len(names), 3)), np.zeros((len(names), 4))
         self._sent = np.full((len(names), 7), np.inf)  # position and orientation of each frame on the page
-        shaped = {part.frame for part in parts}
-        self._has_shape = np.array([name in shaped for name in names], np.bool_)
-        self._shows_axes = False
         self._shapes = self._draw([part for part in parts if not part.only_collides], "visual")
         self._collisions: list[Any] | None = None
 
@@ -83,16 +80,9 @@ class Drawing:
         self._pos[:], self._quat[:] = pos, quat_wxyz
         for node, place, turn in zip(self.nodes, pos, quat_wxyz, strict=True):
             node.position[:], node.wxyz[:] = place, turn
-        self._send()
-
-    def _send(self) -> None:
-        """Send the poses that have changed on the page.
-
-        The messages are those of the nodes' setters, which spend four times as long on comparing the values.
-        """
+        # These messages are those of the nodes' setters, which spend four times as long on comparing the values.
         changes = np.abs(np.concatenate([self._pos, self._quat], axis=1) - self._sent) > _MOVED
-        is_visible = self._has_shape | self._shows_axes
-        shifted, turned = changes[:, :3].any(axis=1) & is_visible, changes[:, 3:].any(axis=1) & is_visible
+        shifted, turned = changes[:, :3].any(axis=1), changes[:, 3:].any(axis=1)
         send = self._scene._queue_scene_message
         for i in np.flatnonzero(shifted).tolist():
             send(wire.SetPositionMessage(f"/frame{i}", tuple(self._pos[i].tolist())))
@@ -106,8 +96,6 @@ class Drawing:
 
     def show_frames(self, visible: bool) -> None:
         """Show or hide the axes of all frames."""
-        self._shows_axes = visible
-        self._send()
         for node in self.nodes:
             node.show_axes = visible
 
