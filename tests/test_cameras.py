@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import closing
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from frobs_core.kernel.cameras import with_cameras
 from frobs_core.kernel.compose import plan
 from frobs_core.kernel.config import EnvConfig
 from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.plugins import get_record
 from frobs_core.plugins.records import SimulatorRecord
 from frobs_core.util.errors import CapabilityError, FrobsError
@@ -143,3 +145,77 @@ def test_new_camera_needs_a_place() -> None:
 def test_keyword_survives_a_round_trip() -> None:
     config = EnvConfig(**PARTS, cameras={"wrist": {**WRIST, "intrinsics": LENS}})
     assert EnvConfig.from_dict(config.to_dict()) == config
+
+
+IMPERFECT = {
+    "ideal": {"camera": "overview", "size": [24, 32]},
+    "slow": {"camera": "overview", "size": [24, 32], "rate": 5},
+    "late": {"camera": "overview", "size": [24, 32], "delay": 0.2},
+    "noisy": {"camera": "overview", "size": [24, 32], "noise": 8.0},
+    "far": {"camera": "overview", "size": [24, 32], "modality": "depth", "noise": 0.02},
+    "depth": {"camera": "overview", "size": [24, 32], "modality": "depth"},
+}
+
+
+@pytest.mark.needs("rendering")
+def test_a_camera_has_a_frame_rate_noise_and_a_delay() -> None:
+    """The control timestep is 0.1 s: the slow camera takes every second picture, the late one is two steps behind."""
+    with closing(RobotEnv(**PARTS, observations={"*": None, **IMPERFECT}, control_timestep=0.1)) as env:
+        env.action_space.seed(1)
+        seen = [env.reset(seed=0)[0]]
+        seen += [env.step(env.action_space.sample())[0] for _ in range(6)]
+        ideal = [each["ideal"] for each in seen]
+        assert all((one != other).any() for one, other in pairwise(ideal))
+        for k, each in enumerate(seen):
+            np.testing.assert_array_equal(each["slow"], ideal[k - k % 2])
+            np.testing.assert_array_equal(each["late"], ideal[max(0, k - 2)])
+            assert each["noisy"].dtype == np.uint8
+            gray = (ideal[k] > 40) & (ideal[k] < 215)
+            assert np.std(each["noisy"].astype(float)[gray] - ideal[k][gray]) == pytest.approx(8.0, rel=0.15)
+            assert each["far"].dtype == np.float32
+            assert np.std(each["far"] - each["depth"]) == pytest.approx(0.02, rel=0.15)
+        assert (seen[1]["noisy"] != seen[2]["noisy"]).any()
+        saved = env.snapshot()
+        action = env.action_space.sample()
+        first = env.step(action)[0]
+        env.restore(saved)
+        again = env.step(action)[0]
+        for name, picture in first.items():
+            np.testing.assert_array_equal(picture, again[name])
+
+
+@pytest.mark.needs("rendering")
+def test_pictures_of_an_imperfect_camera_are_those_of_single_environments() -> None:
+    """Episodes have different lengths, so the slow cameras of a vector environment take pictures at different times."""
+    keywords = {**PARTS, "observations": IMPERFECT, "control_timestep": 0.1}
+    with closing(RobotVectorEnv(2, **keywords)) as vector:
+        vector.action_space.seed(0)
+        together = [vector.reset(seed=[3, 4])[0]]
+        actions = [vector.action_space.sample() for _ in range(5)]
+        together += [vector.step(action)[0] for action in actions[:1]]
+        mask = np.array([False, True])
+        vector.reset(seed=[None, 4], options={"reset_mask": mask})
+        together += [vector.step(action)[0] for action in actions[1:]]
+    for index, seed in enumerate((3, 4)):
+        with closing(RobotEnv(**keywords)) as env:
+            env.reset(seed=seed)
+            if index == 0:
+                env.step(actions[0][index])
+            for action, expected in zip(actions[1:], together[2:], strict=True):
+                alone = env.step(action[index])[0]
+                for name in IMPERFECT:
+                    np.testing.assert_array_equal(alone[name], expected[name][index], name)
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ({"rate": 4}, "observations.eye.*rate of 4 Hz does not fit .* use 3.333333333 or 5 Hz, as in observations="),
+        ({"delay": 0.15}, "observations.eye.*delay of 0.15 s is not a multiple"),
+        ({"noise": -1.0}, "noise"),
+        ({"rate": 0}, "rate"),
+    ],
+)
+def test_a_camera_that_does_not_fit_is_refused(setting: dict[str, Any], message: str) -> None:
+    with pytest.raises(FrobsError, match=message):
+        RobotEnv(**PARTS, observations={"eye": {"camera": "overview", **setting}}, control_timestep=0.1)

@@ -12,6 +12,7 @@ import numpy as np
 from frobs_core.contracts import RobotHandle, Simulation, Stateful, StepContext
 from frobs_core.contracts.control import Control
 from frobs_core.description import VECTORS, Marker, ObservationTerm, Scene, Sensor
+from frobs_core.kernel.frames import Frames
 from frobs_core.plugins.records import Level
 from frobs_core.sensing.sensors import Sensors
 from frobs_core.util.arrays import Floats, Mask
@@ -34,7 +35,16 @@ TYPES: Mapping[str, Mapping[str, Any]] = {
     "contact": {"contact": ...},
     "sensor": {"sensor": ..., "robot": None},
     "previous_action": {},
-    "camera": {"camera": ..., "size": (84, 84), "modality": "rgb", "fast": True, "markers": False},
+    "camera": {
+        "camera": ...,
+        "size": (84, 84),
+        "modality": "rgb",
+        "fast": True,
+        "markers": False,
+        "rate": None,
+        "noise": 0.0,
+        "delay": 0.0,
+    },
 }
 """Settings that each type of observation term accepts, with their defaults. ``...`` marks names that are required."""
 
@@ -143,31 +153,31 @@ class AddedTerms(Stateful):
         control_timestep: float,
     ) -> None:
         self._simulation, self._scene, self._control, self._markers = simulation, scene, control, markers
-        self._sensors: dict[str, Sensors] = {}
+        self._measuring: dict[str, Sensors | Frames] = {}
         self.terms: dict[str, ObservationTerm] = {}
         for name, term in settings.items():
             if term["type"] == "sensor":
                 self.terms[name] = self._sensor(name, term, control_timestep)
             elif term["type"] == "camera":
-                self.terms[name] = self._camera(name, term)
+                self.terms[name] = self._camera(name, term, control_timestep)
             elif term["type"] == "previous_action":
                 self.terms[name] = _previous_action(context, control)
             else:
                 self.terms[name] = self._state(name, term)
-        self.stateful = bool(self._sensors)
+        self.stateful = bool(self._measuring)
 
     def reset(self, rng: RandomSource, mask: Mask | None) -> None:
         """Take the first sensor samples of an episode in the environments selected by ``mask``."""
-        for sensors in self._sensors.values():
+        for sensors in self._measuring.values():
             sensors.reset(mask, rng)
 
     def advance(self, rng: RandomSource) -> None:
         """Update the sensor measurements once per control step."""
-        for sensors in self._sensors.values():
+        for sensors in self._measuring.values():
             sensors.advance(rng)
 
-    def stored_parts(self) -> Mapping[str, Sensors]:
-        return self._sensors
+    def stored_parts(self) -> Mapping[str, Sensors | Frames]:
+        return self._measuring
 
     def _robot(self, name: str, term: Mapping[str, Any]) -> tuple[str, RobotHandle]:
         robots = self._simulation.robots
@@ -195,10 +205,10 @@ class AddedTerms(Stateful):
         robot, handle = self._robot(name, term)
         known: Mapping[str, Sensor] = handle.robot.sensors
         sensor = check_name(f"sensor of the observation term '{name}'", term["sensor"], known)
-        self._sensors[name] = sensors = Sensors(self._simulation, control_timestep, robot, [sensor])
+        self._measuring[name] = sensors = Sensors(self._simulation, control_timestep, robot, [sensor])
         return replace(sensors.term(sensor), imperfect=not known[sensor].is_ideal)
 
-    def _camera(self, name: str, term: Mapping[str, Any]) -> ObservationTerm:
+    def _camera(self, name: str, term: Mapping[str, Any], control_timestep: float) -> ObservationTerm:
         camera = check_name(f"camera of the observation term '{name}'", term["camera"], self._scene.cameras)
         size, modality, fast, with_markers = term["size"], term["modality"], term["fast"], term["markers"]
         view = {"camera": camera, **asdict(self._scene.cameras[camera]), "modality": modality, "markers": with_markers}
@@ -206,16 +216,20 @@ class AddedTerms(Stateful):
             if view[key] is None:  # omit the key, because older exported policies do not contain it
                 del view[key]
 
-        def read() -> np.ndarray[Any, Any]:
+        def draw(mask: Mask | None = None) -> np.ndarray[Any, Any]:
             markers = self._markers() if with_markers else ()
-            return self._simulation.render(None, camera, size, modality, markers, fast=fast)
+            return self._simulation.render(mask, camera, size, modality, markers, fast=fast)
 
-        if modality == "rgb":
-            black = np.zeros((*size, 3), np.uint8)
-            white = black + np.uint8(255)
-            return ObservationTerm(read=read, low=black, high=white, unit="1", key=name, dtype="uint8", view=view)
-        near = np.zeros((*size, 1), np.float32)
-        return ObservationTerm(read=read, low=near, high=near + np.float32(np.inf), unit="m", key=name, view=view)
+        low: np.ndarray[Any, Any] = (
+            np.zeros((*size, 3), np.uint8) if modality == "rgb" else np.zeros((*size, 1), np.float32)
+        )
+        high, unit = (low + np.uint8(255), "1") if modality == "rgb" else (low + np.float32(np.inf), "m")
+        term_of = partial(ObservationTerm, low=low, high=high, unit=unit, key=name, dtype=low.dtype.name, view=view)
+        if term["rate"] is None and not term["noise"] and not term["delay"]:
+            return term_of(read=draw)
+        frames = Frames(name, draw, low, high, term, self._simulation.num_envs, control_timestep)
+        self._measuring[name] = frames
+        return term_of(read=frames.read, imperfect=not frames.is_ideal)
 
 
 def _unbounded(read: Callable[[], Floats], width: int, unit: str, proprioceptive: bool = False) -> ObservationTerm:

@@ -91,8 +91,14 @@ class Channel(Stateful):
         return {"samples": self._samples}
 
 
-def count_period(name: str, sensor: Sensor, control_timestep: float) -> int:
+def count_period(keyword: str, name: str, sensor: Sensor, control_timestep: float) -> int:
     """Return the number of control steps from one sensor sample to the next.
+
+    Args:
+        keyword: Keyword of the environment under which the sensor is set.
+        name: Name of the sensor under the keyword.
+        sensor: The sensor.
+        control_timestep: [s]
 
     If a sensor takes a whole number of samples during each control step, the period is 1, because only the latest
     sample is read.
@@ -111,22 +117,22 @@ def count_period(name: str, sensor: Sensor, control_timestep: float) -> int:
         rates = [int(1.0 / steps) / control_timestep, (int(1.0 / steps) + 1) / control_timestep]
     possible = " or ".join(f"{rate:.10g}" for rate in sorted(rates))
     raise SettingError(
-        f"sensors.{name}",
+        f"{keyword}.{name}",
         f"a rate of {sensor.rate:g} Hz does not fit the control_timestep of {control_timestep:g} s; "
-        f"use {possible} Hz, as in sensors={{'{name}': {{'rate': {min(rates):.10g}}}}}, "
+        f"use {possible} Hz, as in {keyword}={{'{name}': {{'rate': {min(rates):.10g}}}}}, "
         "or change the control_timestep.",
     )
 
 
-def count_delay(name: str, sensor: Sensor, control_timestep: float) -> int:
-    """Return the number of control steps between taking a sample and reading it."""
+def count_delay(keyword: str, name: str, sensor: Sensor, control_timestep: float) -> int:
+    """Return the number of control steps between taking a sample and reading it; see :func:`count_period`."""
     steps = sensor.delay / control_timestep
     nearest = round(steps)
     if abs(steps - nearest) > _CLOSE * max(nearest, 1):
         near = [f"{count * control_timestep:.10g}" for count in (int(steps), int(steps) + 1)]
         raise SettingError(
-            f"sensors.{name}",
+            f"{keyword}.{name}",
             f"a delay of {sensor.delay:g} s is not a multiple of the control_timestep of {control_timestep:g} s; "
-            f"use {' or '.join(near)} s, as in sensors={{'{name}': {{'delay': {near[1]}}}}}.",
+            f"use {' or '.join(near)} s, as in {keyword}={{'{name}': {{'delay': {near[1]}}}}}.",
         )
     return nearest

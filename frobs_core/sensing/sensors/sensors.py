@@ -56,8 +56,8 @@ class Sensors(Stateful):
         }
         self._channels: dict[str, Channel] = {}
         for name, sensor in self._sensors.items():
-            period = count_period(name, sensor, control_timestep)
-            delay = count_delay(name, sensor, control_timestep)
+            period = count_period("sensors", name, sensor, control_timestep)
+            delay = count_delay("sensors", name, sensor, control_timestep)
             if period > 1 or not sensor.is_ideal:
                 self._channels[name] = Channel(f"sensor/{robot}/{name}", sensor, self._num_envs, period, delay)
         self._readings: dict[str, Floats] = {}
