@@ -19,6 +19,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.vec_env import VecNormalize
 
 from frobs_algos.onnx import export_graph
+from frobs_algos_sb3.features import SpatialSoftmax
 from frobs_algos_sb3.onnx import policy_graph
 from frobs_algos_sb3.ppo import PPO
 from frobs_algos_sb3.vec_env import VectorEnvAdapter
@@ -192,16 +193,31 @@ MANY = spaces.Dict({"vector": BOX, "image": IMAGE, "choice": spaces.Discrete(3),
     ("policy", "observation_space", "action_space"),
     [
         ("MultiInputPolicy", MANY, ACTION),
+        pytest.param("SpatialSoftmax", MANY, ACTION, marks=SLOW),
+        pytest.param("SpatialSoftmax", IMAGE, ACTION, marks=SLOW),
         pytest.param("CnnPolicy", IMAGE, spaces.Discrete(4), marks=SLOW),
         pytest.param("MlpPolicy", spaces.Discrete(4), spaces.MultiDiscrete([2, 3, 4]), marks=SLOW),
         pytest.param("MlpPolicy", spaces.MultiDiscrete([4, 2]), spaces.MultiBinary(3), marks=SLOW),
         pytest.param("MlpPolicy", spaces.MultiBinary(6), ACTION, marks=SLOW),
         pytest.param("MlpPolicy", spaces.Box(-1, 1, (2, 3), np.float64), spaces.Box(-1, 1, (2, 2)), marks=SLOW),
     ],
-    ids=["dictionary", "image", "discrete", "multidiscrete", "multibinary", "doubles and matrices"],
+    ids=[
+        "dictionary",
+        "points of a dictionary",
+        "points",
+        "image",
+        "discrete",
+        "multidiscrete",
+        "multibinary",
+        "doubles and matrices",
+    ],
 )
 def test_every_kind_of_space_is_taken(policy: str, observation_space: Any, action_space: Any) -> None:
-    model = shaken(sb3.PPO(policy, AnyEnv(observation_space, action_space), device="cpu", seed=0))
+    kwargs = None
+    if policy == "SpatialSoftmax":
+        policy = "MultiInputPolicy" if isinstance(observation_space, spaces.Dict) else "CnnPolicy"
+        kwargs = {"features_extractor_class": SpatialSoftmax}
+    model = shaken(sb3.PPO(policy, AnyEnv(observation_space, action_space), policy_kwargs=kwargs, device="cpu", seed=0))
     graph = export_graph(lambda: policy_graph(model, None, observation_space))
     observation_space.seed(0)
     samples = [observation_space.sample() for _ in range(100)]

@@ -1,4 +1,4 @@
-"""Pictures of cameras: their encoder, their augmentation, and the memory that they need."""
+"""Pictures of cameras: their encoders, their augmentation, and the memory that they need."""
 
 from __future__ import annotations
 
@@ -13,12 +13,8 @@ import numpy as np
 import torch as th
 from torch import nn
 
+from frobs_algos.encoder import SMALLEST, Encoder
 from frobs_core.util.errors import ConfigurationError, IncompatibleSpaceError
-
-SMALLEST = 20
-"""Smallest height and width of a picture [pixels]."""
-
-_CHANNELS = (32, 48, 48)
 
 
 def is_picture(space: gym.Space[Any]) -> bool:
@@ -77,42 +73,6 @@ def check_pictures(owner: str, spaces: Mapping[str, gym.Space[Any]]) -> None:
                 f"needs pictures of at least {SMALLEST} x {SMALLEST} pixels, but '{name}' has {height} x {width}; "
                 "set a larger size.",
             )
-
-
-class Encoder(nn.Module):
-    """Convolutional network that reduces a picture to points (Levine et al. 2016, spatial softmax).
-
-    Each channel of the last layer becomes the expected position of its activations in the picture, x and y in [−1, 1].
-
-    Args:
-        channels: Number of channels of a picture.
-
-    Attributes:
-        size: Number of values that a picture is reduced to.
-    """
-
-    size = 2 * _CHANNELS[-1]
-
-    def __init__(self, channels: int) -> None:
-        super().__init__()
-        first, second, third = _CHANNELS
-        self.layers = nn.Sequential(
-            nn.Conv2d(channels, first, 5, 2),
-            nn.ReLU(),
-            nn.Conv2d(first, second, 3, 2),
-            nn.ReLU(),
-            nn.Conv2d(second, third, 3),
-            nn.ReLU(),
-        )
-
-    def forward(self, pictures: th.Tensor) -> th.Tensor:
-        """Return the points, (batch, size), for pictures, (batch, channels, height, width) in [−0.5, 0.5]."""
-        maps = self.layers(pictures)
-        height, width = maps.shape[2:]
-        weights = th.softmax(maps.flatten(2), dim=2).reshape(*maps.shape[:2], height, width)
-        x = (weights.sum(2) * th.linspace(-1.0, 1.0, width)).sum(2)
-        y = (weights.sum(3) * th.linspace(-1.0, 1.0, height)).sum(2)
-        return th.cat([x, y], dim=1)
 
 
 def as_input(pictures: th.Tensor) -> th.Tensor:

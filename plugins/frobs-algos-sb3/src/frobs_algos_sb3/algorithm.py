@@ -288,8 +288,8 @@ class SB3Algorithm(PolicyAlgorithm):
         return self.model_class(policy, self._env, **kwargs)
 
     def _check_observation_space(self, config: SB3Config) -> None:
-        convolutions = config.policy_kwargs.features_extractor_class in (None, "NatureCNN", "CombinedExtractor")
-        check_observation_space(f"algorithm '{self.name}'", self.observation_space, convolutions)
+        extractor = config.policy_kwargs.features_extractor_class
+        check_observation_space(f"algorithm '{self.name}'", self.observation_space, extractor)
 
     def _check_action_space(self, space: gym.Space[Any]) -> None:
         if isinstance(space, spaces.Box) and not space.is_bounded():

@@ -8,7 +8,7 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_
 
 from frobs_algos.settings import ACTIVATIONS, Activation, Fraction, Settings, Widths
 
-Extractor = Literal["FlattenExtractor", "CombinedExtractor", "NatureCNN"]
+Extractor = Literal["FlattenExtractor", "CombinedExtractor", "NatureCNN", "SpatialSoftmax"]
 Optimizer = Literal["Adam", "AdamW", "Adamax", "NAdam", "RAdam", "SGD", "RMSprop", "Adagrad", "Adadelta"]
 
 _CROSSQ: dict[Literal["pi", "qf"], Widths] = {"pi": [256, 256], "qf": [1024, 1024]}
@@ -21,7 +21,7 @@ class NetworkConfig(Settings):
         net_arch: Widths of the hidden layers.
         activation_fn: Activation function between the layers.
         features_extractor_class: Features extractor in front of the layers, or None for the observation space's
-            default.
+            default. SpatialSoftmax reduces pictures to points, all others are those of stable-baselines3.
         normalize_images: Whether to divide pixels by 255.
         optimizer_class: PyTorch's name of the optimizer, or None for stable-baselines3's default, usually Adam.
         optimizer_kwargs: Other settings of the optimizer (``eps``, ``weight_decay``, ``betas``, …), or None for the
@@ -40,10 +40,15 @@ class NetworkConfig(Settings):
         from stable_baselines3.common import torch_layers
         from torch import nn, optim
 
+        from frobs_algos_sb3.features import SpatialSoftmax
+
         kwargs = {key: value for key, value in self.model_dump().items() if value is not None}
         kwargs["activation_fn"] = getattr(nn, ACTIVATIONS[self.activation_fn])
         if self.features_extractor_class is not None:
-            kwargs["features_extractor_class"] = getattr(torch_layers, self.features_extractor_class)
+            is_ours = self.features_extractor_class == "SpatialSoftmax"
+            kwargs["features_extractor_class"] = (
+                SpatialSoftmax if is_ours else getattr(torch_layers, self.features_extractor_class)
+            )
         if self.optimizer_class is not None:
             kwargs["optimizer_class"] = getattr(optim, self.optimizer_class)
         return kwargs
