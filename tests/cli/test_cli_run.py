@@ -180,3 +180,19 @@ def test_bench_says_where_the_time_goes(frobs: Frobs, facts: Facts) -> None:
     assert set(found["parts"]) == {"engine", "controller", "task", "environment", "wrappers"}
     assert "× " not in json.dumps(found)
     assert "engine" in frobs("bench", "frobs/Irb120Reach-v0", "--steps", "20").stdout
+
+
+@pytest.mark.needs("rendering")
+def test_bench_measures_the_cameras(frobs: Frobs, facts: Facts) -> None:
+    found = facts("bench", "frobs/PandaPickAndPlace-v0", "--cameras", "--num-envs", "1,2")
+    assert [(each["num_envs"], each["size"]) for each in found["speeds"]] == [
+        (count, size) for count in (1, 2) for size in (64, 128, 256)
+    ]
+    assert all(each["seconds"] > 0.0 for each in found["speeds"])
+
+
+def test_bench_refuses_what_has_no_camera(frobs: Frobs) -> None:
+    result = frobs("bench", "Pendulum-v1", "--cameras")
+    assert result.exit_code == 2
+    assert "'Pendulum-v1' is not a FRobs environment" in result.stderr
+    assert "requires --training" in frobs("bench", "frobs/Irb120Reach-v0", "--cameras", "--algorithm", "sac").stderr

@@ -17,7 +17,7 @@ COMMANDS = (
     ),
     Command(
         name="bench",
-        summary="Measure the time of each part of a step or training run, or how speed scales with parallelism.",
+        summary="Measure the time of a step, training run or picture, or how speed scales with parallelism.",
         function="frobs_devkit.cli.bench:bench",
         heading="Verify",
     ),

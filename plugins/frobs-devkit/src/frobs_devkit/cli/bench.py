@@ -1,4 +1,4 @@
-"""``frobs bench``: measures the time of each part of a step or training run, and how speed scales with parallelism."""
+"""``frobs bench``: measures the time of steps, training runs and pictures, and how speed scales with parallelism."""
 
 from __future__ import annotations
 
@@ -33,9 +33,11 @@ class BenchOptions(RobotChoice):
 
     Attributes:
         training: Measure a training run instead of a step, and suggest settings.
+        cameras: Measure how long the cameras of the environment take for their pictures.
         scaling: Measure how speed and memory scale with environments, threads, processes and nodes.
         algorithm: Algorithm for --training: a name from 'frobs list algorithms'.
-        num_envs: Number of environments to step as one batch; with --scaling, a list of numbers to measure.
+        num_envs: Number of environments to step as one batch; with --cameras or --scaling, a list of numbers to
+            measure.
         steps: Number of steps to measure after the warm-up; with --training, number of environment steps, summed over
             all environments.
         threads: With --scaling: numbers of simulator threads with which the speed is measured.
@@ -47,10 +49,13 @@ class BenchOptions(RobotChoice):
     """
 
     training: bool = option(False)
+    cameras: bool = option(False)
     scaling: bool = option(False)
     algorithm: str | None = option(None, show_default="ppo")
     num_envs: str | None = option(
-        None, metavar="N", show_default="1; with --training, the configured number; with --scaling, 1,8,64,512"
+        None,
+        metavar="N",
+        show_default="1; with --training, the configured number; with --cameras, 1,8,64; with --scaling, 1,8,64,512",
     )
     steps: int | None = option(None, min=10, show_default="1000; with --training, about 4 seconds")
     threads: str | None = option(None, metavar="N,N…", show_default=_UP_TO_ALL)
@@ -86,12 +91,15 @@ def bench(
     options: BenchOptions,
     json: Json = False,
 ) -> None:
-    """Measure how long each part of a step or training run takes, or how speed scales with parallelism.
+    """Measure how long each part of a step, a training run or a picture takes, or how speed scales with parallelism.
 
     By default, an environment step is compared with a step of the bare engine, which replays the same states and
     controls. The environment and the bare engine alternate every few steps. With --training, a short in-memory training
     run is measured with the settings that 'frobs train' would use. The command also measures alternatives to some
     settings, and suggests the alternatives that are clearly faster.
+
+    With --cameras, the command measures the pictures per second of all cameras for several sizes and numbers of
+    environments.
 
     With --scaling, the command measures how the steps per second and the memory use depend on the number of
     environments, simulator threads and processes. With --runner ray, the command also varies the number of processes on
@@ -102,6 +110,7 @@ def bench(
         $ frobs bench frobs/Irb120Reach-v0 --num-envs 1024 --steps 100
         $ frobs bench frobs/Reach-v0 --robot arm.urdf --tcp tool0 --package-path ~/ros/src
         $ frobs bench frobs/Irb120Reach-v0 --training --algorithm sac
+        $ frobs bench frobs/PandaPickAndPlace-v0 --cameras
         $ frobs bench frobs/Irb120Reach-v0 --scaling --out scaling.png
         $ frobs bench frobs/Irb120Reach-v0 --scaling --runner ray --ray-address auto --jobs 1,8,16
     """
@@ -112,7 +121,7 @@ def bench(
         mode = "--scaling" if options.scaling else "--training"
         options.reject(("args", "package_path"), f"use --set environment_kwargs.… with {mode}.")
     if options.scaling:
-        options.reject(["training"], "choose either --training or --scaling.")
+        options.reject(["training", "cameras"], "choose one of --training, --cameras and --scaling.")
         options.reject(["algorithm"], "this option requires --training.")
         options.reject(["steps"], "--scaling measures for a given time; use --seconds.")
         with only_json(json):
@@ -120,6 +129,9 @@ def bench(
         report_scaling(config, options, json=json)
         return
     options.reject((*_ONLY_SCALING, "runner"), "this option requires --scaling.")
+    if options.cameras:
+        _bench_cameras(env_id, options, json=json)
+        return
     count = _one_size(options.num_envs)
     if options.training:
         from frobs_devkit.bench_training import bench_training
@@ -133,13 +145,48 @@ def bench(
     options.reject(["settings"], "this option requires --training or --scaling.")
     from frobs_devkit.bench import bench as measure
 
-    keywords = options.keywords()
-    parts = {"simulator": options.simulator, "controller": options.controller}
-    keywords |= {key: value for key, value in parts.items() if value is not None}
     steps = options.steps or 1000
     with only_json(json), working(f"measuring {steps:,} steps"):
-        result = measure(env_id, num_envs=count or 1, steps=steps, **keywords)
+        result = measure(env_id, num_envs=count or 1, steps=steps, **_keywords(options))
     print_json(result) if json else print_facts(_step_facts(result))
+
+
+def _keywords(options: BenchOptions) -> dict[str, Any]:
+    """Return the keywords of the environment."""
+    parts = {"simulator": options.simulator, "controller": options.controller}
+    return options.keywords() | {key: value for key, value in parts.items() if value is not None}
+
+
+def _bench_cameras(env_id: str, options: BenchOptions, *, json: bool) -> None:
+    from frobs_devkit.bench_cameras import NUM_ENVS, bench_cameras
+
+    options.reject(["training"], "choose one of --training, --cameras and --scaling.")
+    options.reject(["algorithm", "settings"], "this option requires --training.")
+    options.reject(["steps"], "--cameras measures pictures instead of steps.")
+    with only_json(json), working("drawing pictures"):
+        found = bench_cameras(
+            env_id, num_envs=read_sizes("--num-envs", options.num_envs) or NUM_ENVS, **_keywords(options)
+        )
+    if json:
+        print_json(found)
+        return
+    rows = [
+        {
+            "environments": each.num_envs,
+            "pixels": f"{each.size} × {each.size}",
+            "time_of_a_picture": _time(each.seconds),
+            "pictures_per_second": f"{1.0 / each.seconds:,.0f}",
+        }
+        for each in found.speeds
+    ]
+    print_facts(
+        {
+            "name": found.id,
+            "kind": f"pictures of {', '.join(found.cameras)}",
+            "machine": found.machine,
+            "pictures": rows,
+        }
+    )
 
 
 def _one_size(num_envs: str | None) -> int | None:
