@@ -21,7 +21,7 @@ from frobs_core.util.rotations import quat_conjugate, quat_multiply, quat_rotate
 from frobs_devkit.testing import CheckFailure, Inconclusive, check_simulator, run_checks
 from frobs_devkit.testing.simulator.under_test import TILTED
 from frobs_sim_mujoco.body import MujocoBody
-from frobs_sim_mujoco.looks import NAMES as LOOKS
+from frobs_sim_mujoco.looks import Looks
 from frobs_sim_mujoco.meshes import Meshes
 from frobs_sim_mujoco.robot import MujocoRobot
 from frobs_sim_mujoco.simulation import MujocoSimulation
@@ -360,7 +360,7 @@ def depth_in_doubles(original: Any, self: Any, *args: Any, **kwargs: Any) -> Any
 def _ignores(name: str, check: str) -> None:
     def not_written(original: Any, self: Any, parameter: str, target: str, values: Any, mask: Any = None) -> None:
         kept = self.__dict__.setdefault("pretended", {})
-        if parameter == name and (mask is None or name in LOOKS) and target not in ("no_such_body", "robot/tip"):
+        if parameter == name and (mask is None or name in Looks.names) and target not in ("no_such_body", "robot/tip"):
             kept[parameter, target] = values
         else:
             original(self, parameter, target, values, mask)
@@ -387,7 +387,7 @@ for _name, _check in {
 
 @wrong(MujocoSimulation, "write_parameter", "parameters_stay")
 def parameter_mask_ignored(original: Any, self: Any, name: str, target: str, values: Any, mask: Any = None) -> None:
-    original(self, name, target, values, mask if name in LOOKS else None)
+    original(self, name, target, values, mask if name in Looks.names else None)
 
 
 @wrong(MujocoSimulation, "write_parameter", "colors_and_light_show")

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from frobs_models.load import ENDINGS as ENDINGS
     from frobs_models.load import open_document as open_document
     from frobs_models.load import read_document as read_document
+    from frobs_models.looks import WrittenLooks as WrittenLooks
     from frobs_models.meshes.convex_parts import convex_parts as convex_parts
     from frobs_models.meshes.mesh import MeshPart as MeshPart
     from frobs_models.meshes.mesh import Rgba as Rgba
@@ -73,6 +74,7 @@ _MODULES = {
     "StatedGripper": "frobs_models.grippers.statement",
     "TURNED": "frobs_models.grippers.gripper",
     "TranslationTable": "frobs_models.translation",
+    "WrittenLooks": "frobs_models.looks",
     "WrittenParameters": "frobs_models.parameters",
     "attach": "frobs_models.mount",
     "bounding_box": "frobs_models.meshes.mesh",

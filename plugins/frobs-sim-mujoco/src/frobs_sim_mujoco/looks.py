@@ -3,35 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import mujoco
 import numpy as np
 
-from frobs_core.contracts import Snapshot
-from frobs_core.util.arrays import Floats, Mask, rows_of
-from frobs_core.util.errors import PhysicsParameterError, check_name
+from frobs_core.util.arrays import Floats
+from frobs_models import WrittenLooks
 from frobs_sim_mujoco.geoms import VISUAL_GROUP
 
-NAMES = ("color", "light", "camera_position", "camera_rotation", "camera_fov", "texture", "distractors")
 PATTERNS, DISTRACTORS = 64, 8
 """Maximum number of patterns of the floor, and of distractors."""
 
 _SIDE = 128  # [pixels] of a pattern
 _NEAR, _FAR = 0.28, 0.8  # [m] distances of distractors from the middle of the scene
 _AWAY = (1.0, 2.0, -100.0)  # [m] place of distractors that are not shown, below the floor
-_LIMITS: Mapping[str, tuple[float, float]] = {
-    "color": (0.0, 1.0),
-    "light": (0.0, np.inf),
-    "camera_fov": (1.0, 170.0),
-    "texture": (0.0, float(PATTERNS)),
-    "distractors": (0.0, DISTRACTORS + 0.999_999),
-}
 _SHAPES = ((mujoco.mjtGeom.mjGEOM_BOX, 2), (mujoco.mjtGeom.mjGEOM_SPHERE, 0), (mujoco.mjtGeom.mjGEOM_CYLINDER, 1))
 """Shapes of distractors, each with the index of the size that is half its height."""
 
 
-class Looks:
+class Looks(WrittenLooks):
     """Values of the parameters that change only images.
 
     Args:
@@ -40,11 +31,17 @@ class Looks:
         middle: Point (x, y) around which distractors lie [m].
     """
 
+    names: ClassVar[Sequence[str]] = (*WrittenLooks.names, "texture", "distractors")
+    limits: ClassVar[Mapping[str, tuple[float, float]]] = {
+        **WrittenLooks.limits,
+        "texture": (0.0, PATTERNS),
+        "distractors": (0.0, DISTRACTORS + 0.999_999),
+    }
+
     def __init__(self, num_envs: int, build: Callable[[], mujoco.MjModel], middle: Floats) -> None:
-        self._num_envs, self._build, self._middle = num_envs, build, middle
+        super().__init__(num_envs)
+        self._build, self._middle = build, middle
         self._model: mujoco.MjModel | None = None
-        self.values: dict[tuple[str, str], Floats] = {}
-        """Values that differ from the model, (num_envs, …) each, by parameter and target."""
 
     @property
     def needs_scenery(self) -> bool:
@@ -70,50 +67,18 @@ class Looks:
             cameras = [camera for camera in cameras if not model.cam_sensorsize[camera].any()]
         return [model.camera(camera).name for camera in cameras]
 
-    def read(self, name: str, target: str) -> Floats:
-        """Return the values of a parameter, (num_envs, …)."""
-        check_name(f"target of the parameter '{name}'", target, self.targets(name))
-        current = self.values.get((name, target))
-        if current is not None:
-            return current.copy()
-        nominal = np.asarray(self._nominal(name, target), np.float64)
-        return np.broadcast_to(nominal, (self._num_envs, *nominal.shape)).copy()
-
-    def write(self, name: str, target: str, values: Floats, mask: Mask | None) -> None:
-        """Change a parameter in the environments selected by ``mask``."""
-        if not np.isfinite(values).all():
-            raise PhysicsParameterError(name, target, "must be finite.")
-        low, high = _LIMITS.get(name, (-np.inf, np.inf))
-        if name != "color" and not ((values >= low) & (values <= high)).all():
-            raise PhysicsParameterError(name, target, f"must be in [{low:g}, {high:g}].")
-        if (name, target) not in self.values:
-            self.values[name, target] = self.read(name, target)
-        self.values[name, target][rows_of(mask)] = np.clip(values, low, high)
-
     def adopt_span(self, model: mujoco.MjModel) -> None:
         """Give a model with distractors the clipping planes of the one without them."""
         plain = self._shown()
         model.stat.extent, model.vis.map.zfar = plain.stat.extent, plain.vis.map.zfar
-
-    def snapshot(self) -> Snapshot:
-        """Return all values that differ from the model."""
-        return {f"looks/{name}/{target}": values.copy() for (name, target), values in self.values.items()}
-
-    def restore(self, state: Snapshot) -> None:
-        """Restore a snapshot. Values that it does not contain are those of the model again."""
-        for (name, target), current in self.values.items():
-            current[:] = self._nominal(name, target)
-        for key, values in state.items():
-            if key.startswith("looks/"):
-                name, _, target = key.removeprefix("looks/").partition("/")
-                self.values[name, target] = np.array(values)
 
     def _shown(self) -> mujoco.MjModel:
         if self._model is None:
             self._model = self._build()
         return self._model
 
-    def _nominal(self, name: str, target: str) -> Any:
+    def nominal(self, name: str, target: str) -> Any:
+        """Return the value of a parameter in the model."""
         model = self._shown()
         match name:
             case "color" if target == "floor":

@@ -9,13 +9,13 @@ import numpy as np
 from frobs_core.contracts import Snapshot
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import PhysicsParameterError, UnknownNameError, check_name
-from frobs_sim_mujoco import looks
+from frobs_sim_mujoco.looks import Looks
 
 if TYPE_CHECKING:
     from frobs_sim_mujoco.robot import MujocoRobot
     from frobs_sim_mujoco.simulation import MujocoSimulation
 
-NAMES = ("mass", "friction", "size", "stiffness", "damping", "joint_damping", "gravity", *looks.NAMES)
+NAMES = ("mass", "friction", "size", "stiffness", "damping", "joint_damping", "gravity", *Looks.names)
 _GEOMETRY = ("geom_size", "geom_pos", "geom_rbound", "geom_aabb")  # all proportional to a geom's size
 _FIELDS = (
     "body_mass",
@@ -57,7 +57,7 @@ def read(simulation: MujocoSimulation, name: str, target: str) -> Floats:
             return _field(simulation, "dof_damping")[:, _robot(simulation, target).dofs].copy()
         case "gravity":
             return _field(simulation, "opt.gravity").copy()
-    if name in looks.NAMES:
+    if name in Looks.names:
         return simulation.looks.read(name, target)
     raise UnknownNameError("parameter", name, NAMES)
 
@@ -66,7 +66,7 @@ def write(simulation: MujocoSimulation, name: str, target: str, values: Floats, 
     """Change a parameter in the environments selected by ``mask``."""
     check_name("parameter", name, NAMES)
     values = np.asarray(values, np.float64)
-    if name in looks.NAMES:
+    if name in Looks.names:
         simulation.looks.write(name, target, values, mask)
         return
     if name != "gravity" and not (values >= 0).all():

@@ -23,7 +23,6 @@ from frobs_sim_mujoco.columns import columns_of, numbers_of, put
 from frobs_sim_mujoco.contacts import ContactReader
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS, seen_except
 from frobs_sim_mujoco.kinematics import Kinematics
-from frobs_sim_mujoco.looks import NAMES as LOOKS
 from frobs_sim_mujoco.looks import Looks
 from frobs_sim_mujoco.mjcf import Mjcf, write_mjcf
 from frobs_sim_mujoco.options import read_options
@@ -364,7 +363,7 @@ class MujocoSimulation(Simulation):
 
     def parameter_targets(self, name: str) -> Sequence[str]:
         """Return the targets of a parameter; the targets of ``size`` are the scene bodies that can be resized."""
-        if name in LOOKS:
+        if name in Looks.names:
             return self.looks.targets(name)
         return self.scene.sizable_bodies if name == "size" else super().parameter_targets(name)
 

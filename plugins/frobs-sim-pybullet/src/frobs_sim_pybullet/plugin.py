@@ -12,7 +12,8 @@ def frobs_simulators() -> list[SimulatorRecord]:
     """Provide PyBullet."""
     exact = (
         "determinism snapshot teleport pause drive contacts rays wrench cameras camera_intrinsics randomize_mass "
-        "randomize_gains randomize_joint_damping randomize_gravity randomize_size"
+        "randomize_gains randomize_joint_damping randomize_gravity randomize_size "
+        "randomize_looks randomize_cameras"
     )
     return [
         SimulatorRecord(

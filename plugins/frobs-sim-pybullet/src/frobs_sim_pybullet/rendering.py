@@ -15,6 +15,7 @@ from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.bullet import quiet
 from frobs_sim_pybullet.engine import connect
 from frobs_sim_pybullet.layout import Arrays
+from frobs_sim_pybullet.looks import Looks
 from frobs_sim_pybullet.stage import Stage
 from frobs_sim_pybullet.transforms import Quat, Vector, rotate
 
@@ -29,12 +30,15 @@ class Renderer:
     Args:
         robots: Robots, by name.
         scene: The rest of the scene.
+        looks: Looks of each environment.
+
+    Attributes:
+        stage: The rendered world.
     """
 
-    def __init__(self, robots: Mapping[str, Placement], scene: Scene) -> None:
-        self._client = connect()
-        self._stage = Stage(self._client, robots, scene)
-        self._scene = scene
+    def __init__(self, robots: Mapping[str, Placement], scene: Scene, looks: Looks) -> None:
+        self._client, self._looks = connect(), looks
+        self.stage = Stage(self._client, robots, scene)
 
     def draw(
         self,
@@ -61,10 +65,12 @@ class Renderer:
             markers: Spheres to draw in rgb images.
             fast: Whether to omit shadows.
         """
-        self._stage.pose(arrays, env, sizes)
-        self._stage.mark(markers if modality == "rgb" else (), env)
+        self.stage.pose(arrays, env, sizes)
+        self.stage.mark(markers if modality == "rgb" else (), env)
+        self.stage.paint(self._looks.colors(env))
         height, width = size
-        described = _DEFAULT if camera is None else self._scene.cameras[camera]
+        described = _DEFAULT if camera is None else self._looks.camera(camera, env)
+        ambient, diffuse = self._looks.light(env)
         view, projection = _view(described, frame), _projection(described, width / height)
         flags = p.ER_SEGMENTATION_MASK_OBJECT_AND_LINKINDEX
         if modality != "segmentation":
@@ -75,6 +81,8 @@ class Renderer:
             view,
             projection,
             lightDirection=_LIGHT,
+            lightAmbientCoeff=ambient,
+            lightDiffuseCoeff=diffuse,
             shadow=int(modality == "rgb" and not fast),
             renderer=p.ER_TINY_RENDERER,
             flags=flags,
@@ -92,7 +100,7 @@ class Renderer:
         """Convert Bullet's pixel codes, body + (link + 1) << 24, to segmentation IDs."""
         result = np.full(coded.shape, -1, np.int32)
         for code in np.unique(coded[coded >= 0]).tolist():
-            result[coded == code] = self._stage.numbers.get((code & ((1 << 24) - 1), (code >> 24) - 1), -1)
+            result[coded == code] = self.stage.numbers.get((code & ((1 << 24) - 1), (code >> 24) - 1), -1)
         return result
 
     def close(self) -> None:

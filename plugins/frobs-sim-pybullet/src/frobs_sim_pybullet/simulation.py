@@ -18,6 +18,7 @@ from frobs_sim_pybullet import layout
 from frobs_sim_pybullet.bare import BarePybullet
 from frobs_sim_pybullet.block import Block
 from frobs_sim_pybullet.body import PybulletBody
+from frobs_sim_pybullet.looks import Looks
 from frobs_sim_pybullet.options import Engine, read_options
 from frobs_sim_pybullet.overlaps import find_overlaps
 from frobs_sim_pybullet.parameters import PybulletParameters
@@ -111,6 +112,7 @@ class PybulletSimulation(Simulation):
             self._backend = Pool(robots, scene, self.engine, fields, num_envs, buffer, workers)
         self.command_rows: dict[str, Floats] = {}
         self._applied = AppliedWrenches(num_envs)
+        self.looks = Looks(num_envs, scene, lambda: self._drawing().stage)
         self.parameters = PybulletParameters(self)
         self._seen: dict[str, Floats] = {}
         self._diverged = self.arrays["diverged"]
@@ -212,6 +214,8 @@ class PybulletSimulation(Simulation):
 
     def parameter_targets(self, name: str) -> Sequence[str]:
         """Return a parameter's targets. The targets of ``size`` are the scene bodies that can be resized."""
+        if name in Looks.names:
+            return self.looks.targets(name)
         return self.scene.sizable_bodies if name == "size" else super().parameter_targets(name)
 
     def snapshot(self) -> Snapshot:
@@ -249,16 +253,20 @@ class PybulletSimulation(Simulation):
         check_name("modality", modality, self.render_modalities)
         name = camera or next(iter(self.scene.cameras), None)
         self._watch_what_is_drawn()
-        if self._renderer is None:
-            self._renderer = Renderer(self.placements, self.scene)
+        renderer = self._drawing()
         chosen = list(range(self.num_envs)) if mask is None else np.flatnonzero(mask).tolist()
         pictures = [
-            self._renderer.draw(
+            renderer.draw(
                 self.arrays, i, self.parameters.sizes(i), name, self._frame(name, i), size, modality, markers, fast
             )
             for i in chosen or [0]  # even an empty result requires one image to determine its shape and dtype
         ]
         return np.stack(pictures)[: len(chosen)]
+
+    def _drawing(self) -> Renderer:
+        if self._renderer is None:
+            self._renderer = Renderer(self.placements, self.scene, self.looks)
+        return self._renderer
 
     def open_viewer(self) -> None:
         self._watch_what_is_drawn()

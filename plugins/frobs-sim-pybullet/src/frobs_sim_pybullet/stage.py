@@ -10,6 +10,7 @@ import numpy as np
 
 from frobs_core.description import Body, Marker, Placement, Scene
 from frobs_core.models import Geometry, JointType, Link, Mesh, Pose, Sphere, Visual
+from frobs_core.util.arrays import Floats
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.engine import load_urdf
 from frobs_sim_pybullet.layout import Arrays
@@ -37,21 +38,28 @@ class Stage:
 
     Attributes:
         numbers: Segmentation IDs, by Bullet body and link index. The floor has the ID 0.
+        colors: Colors of the shapes of each scene body, of each ``robot/link`` that is visible, and of the floor,
+            (k, 4).
     """
 
     def __init__(self, client: int, robots: Mapping[str, Placement], scene: Scene) -> None:
         self.client, self._placements, self._scene = client, robots, scene
         self.numbers: dict[tuple[int, int], int] = {}
+        self.colors: dict[str, Floats] = {}
+        self._painted: dict[str, Floats] = {}  # colors that differ from those of the scene
+        self._shapes: dict[str, list[tuple[int, int, int]]] = {}  # body, link and index of each shape, as in ``colors``
         self._markers: list[int] = []
         if scene.floor:
             for tile in self._floor():
                 self.numbers[tile, -1] = 0
+                self._list_shapes(tile, {-1: "floor"})
         self._bodies: dict[str, int] = {}
         self._sizes: dict[str, float] = dict.fromkeys(scene.bodies, 1.0)
         meshes = MeshFiles()
         for name, body in scene.bodies.items():
             number = self._bodies[name] = self._add_body(body, meshes)
             self._number(number, -1)
+            self._list_shapes(number, {-1: name})
         self._robots = {}
         for name, placement in robots.items():
             floating = placement.robot.base != "fixed"
@@ -61,11 +69,37 @@ class Stage:
             for link in (-1, *range(len(infos))):
                 self._number(number, link)
             joints = {info[1].decode(): i for i, info in enumerate(infos)}
+            links = {-1: f"{name}/{placement.model.root}"}
+            self._list_shapes(number, links | {i: f"{name}/{info[12].decode()}" for i, info in enumerate(infos)})
             self._robots[name] = number, joints, skeleton(placement.model, floating=floating).root
         meshes.clear()
 
     def _number(self, body: int, link: int) -> None:
         self.numbers[body, link] = max(self.numbers.values(), default=0) + 1
+
+    def _list_shapes(self, body: int, targets: Mapping[int, str]) -> None:
+        """Note the colors of a Bullet body, whose links have the names ``targets``."""
+        index: dict[int, int] = {}
+        for _, link, *_, rgba in (shape[:8] for shape in p.getVisualShapeData(body, physicsClientId=self.client)):
+            target = targets[link]
+            index[link] = index.get(link, -1) + 1
+            self._shapes.setdefault(target, []).append((body, link, index[link]))
+            self.colors[target] = np.concatenate([self.colors.get(target, np.zeros((0, 4))), [rgba]])
+
+    def paint(self, colors: Mapping[str, Floats]) -> None:
+        """Give the first shape of each target a color, (3,), and shift the colors of its other shapes alike.
+
+        All other targets have the colors of the scene.
+        """
+        for target in {*self._painted, *colors}:
+            rgba = self.colors[target]
+            rgb = colors.get(target, rgba[0, :3])
+            if np.array_equal(rgb, self._painted.get(target, rgba[0, :3])):
+                continue
+            self._painted[target] = np.array(rgb)
+            shifted = np.clip(rgba[:, :3] + rgb - rgba[0, :3], 0.0, 1.0)
+            for (body, link, index), color, alpha in zip(self._shapes[target], shifted, rgba[:, 3], strict=True):
+                p.changeVisualShape(body, link, index, rgbaColor=[*color.tolist(), alpha], physicsClientId=self.client)
 
     def _floor(self) -> list[int]:
         """Add a floor of tiles in two colors, and return the tiles' Bullet indices."""
@@ -131,6 +165,8 @@ class Stage:
         p.removeBody(self._bodies[name], self.client)
         number = self._bodies[name] = self._add_body(self._scene.bodies[name].resized(size), MeshFiles())
         self.numbers[number, -1] = segment
+        self._shapes[name] = [(number, link, index) for _, link, index in self._shapes[name]]
+        self._painted.pop(name, None)
 
     def mark(self, markers: Sequence[Marker], env: int) -> None:
         """Show markers, and remove the markers of the previous call."""

@@ -1,0 +1,64 @@
+"""Colors, light and cameras that differ between environments."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+ID = "frobs_core:frobs/PandaPickAndPlace-v0"
+
+
+def share(one: Any, other: Any) -> float:
+    """Return the share of pixels in which two pictures differ."""
+    return float((np.abs(one.astype(int) - other).max(axis=-1) > 4).mean())
+
+
+def test_a_link_and_the_floor_are_painted_and_a_resized_cube_keeps_its_color() -> None:
+    env: Any = gym.make_vec(ID, num_envs=2, simulator="pybullet")
+    with closing(env):
+        env.reset(seed=[0, 0])
+        simulation = env.unwrapped.simulation
+        saved = simulation.snapshot()
+        first = np.array([True, False])
+
+        def picture() -> Any:
+            return simulation.render(None, "overview", (120, 160))
+
+        before = picture()
+        assert share(*before) == 0.0
+        assert "robot/gripper_body" in simulation.parameter_targets("color")
+        for target in ("robot/gripper_body", "floor", "cube"):
+            simulation.write_parameter("color", target, np.array([0.9, 0.1, 0.1]), first)
+            painted = picture()
+            assert share(painted[1], before[1]) == 0.0
+            assert share(painted[0], before[0]) > 0.001, target
+            before = painted
+        simulation.write_parameter("size", "cube", np.array([1.5]), first)
+        larger = picture()
+        red = np.abs(larger[0].astype(int) - [230, 26, 26]).max(axis=-1)
+        assert share(larger[0], before[0]) > 0.0
+        assert red.min() < 120
+        simulation.restore(saved)
+        assert share(*picture()) == 0.0
+
+
+def test_the_same_seed_gives_the_same_pictures() -> None:
+    looks = {
+        "color": [
+            {"target": ["cube", "floor"], "set": [0, 1]},
+            {"target": "robot/*", "add": [-0.1, 0.1], "shared": True},
+        ],
+        "light": {"scale": [0.6, 1.3]},
+        "camera_position": {"add": {"normal": 0.01}},
+        "camera_rotation": {"add": [-0.03, 0.03]},
+        "camera_fov": {"add": [-2, 2]},
+    }
+    with closing(gym.make(ID.replace("-v0", "Vision-v0"), simulator="pybullet", randomize=looks)) as env:
+        first, _ = env.reset(seed=0)
+        second, _ = env.reset()
+        again, _ = env.reset(seed=0)
+    assert share(first["scene"], second["scene"]) > 0.5
+    np.testing.assert_array_equal(first["scene"], again["scene"])
