@@ -56,11 +56,14 @@ class DaggerConfig(ImitationConfig):
     Attributes:
         expert: Name or path of the policy that labels the visited states, such as ``expert``, or a list with the folders
             of data sets in which a person acted.
+        expert_share: Share of the steps in which the expert acts after the first round. It decreases to 0 until the end
+            of the training.
         updates: Number of updates after each round. In a round, every environment plays an episode.
         final_updates: Number of updates after the last round.
     """
 
     expert: str | Annotated[list[str], Field(min_length=1)] = "expert"
+    expert_share: Fraction = 0.0
     updates: PositiveInt = 1200
     final_updates: PositiveInt = 3600
 

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 import gymnasium as gym
 import numpy as np
+import torch as th
 
 from frobs_algos.demonstrations import clipped
 from frobs_algos.spaces import subspaces
@@ -25,7 +26,8 @@ class Dagger(ImitationAlgorithm):
     """Dataset aggregation (Ross et al. 2011).
 
     In the first round, the expert acts in one episode of each environment. In all later rounds, the learner acts, and
-    the expert labels the states that the learner visits.
+    the expert labels the states that the learner visits. With ``expert_share``, the expert acts in some steps of these
+    rounds, too, so that the learner also visits what comes after a state in which it does not get on.
 
     A person cannot label states without acting. If the expert is given as data sets, the learner therefore imitates the
     steps in which the person acted, of the demonstrations and of all corrections together (HG-DAgger, Kelly et al.
@@ -67,7 +69,8 @@ class Dagger(ImitationAlgorithm):
         with closing(load_policy(self._config.expert, self._require_env())) as expert:
             while self.steps < steps:
                 first = self.samples is None
-                collected, taken = self._play(expert, first)
+                share = 1.0 if first else self._config.expert_share * max(0.0, 1.0 - self.steps / steps)
+                collected, taken = self._play(expert, share)
                 self.samples = collected if self.samples is None else self.samples + collected
                 self.steps += taken
                 if first:
@@ -87,8 +90,11 @@ class Dagger(ImitationAlgorithm):
         losses = [self._update(index / updates) for index in range(updates)]
         return float(np.mean(losses[-max(1, updates // 10) :]))
 
-    def _play(self, expert: Policy, expert_acts: bool) -> tuple[Samples, int]:
-        """Play at least one episode in every environment; return the labeled samples and the number of steps."""
+    def _play(self, expert: Policy, share: float) -> tuple[Samples, int]:
+        """Play at least one episode in every environment; return the labeled samples and the number of steps.
+
+        The expert acts in a ``share`` of the steps, which are chosen at random.
+        """
         env, space = self._require_env(), self.action_space
         seen, _ = env.reset()
         start, ended = np.ones(env.num_envs, np.bool_), np.zeros(env.num_envs, np.bool_)
@@ -97,8 +103,12 @@ class Dagger(ImitationAlgorithm):
         while not ended.all():
             label = clipped(expert.act(seen, start), space)
             action = label
-            if not expert_acts:
+            if share < 1.0:
                 action, state = self.predict(seen, state, start)
+            if 0.0 < share < 1.0:
+                shown = th.rand(env.num_envs, generator=self._generator).numpy() < share
+                action = np.where(shown.reshape(-1, *[1] * (label.ndim - 1)), label, action)
+                state = self.remembered(state, action)
             frame, views = self.policy.split(seen)
             steps.append((frame, action.copy(), label.copy(), start, *(each.copy() for each in views.values())))
             seen, _, terminated, truncated, _ = env.step(action)

@@ -18,7 +18,11 @@ _DAGGER = {
 _ANY_ARM = {f"frobs/{task}-v0": "dagger_any_arm.yaml" for task in ("PickAndPlace", "Push", "Lift", "Stack")}
 """File of the tuned settings of environments without a robot of their own."""
 
-_SEEING = {f"frobs/Panda{task}Vision-v0": "dagger_vision.yaml" for task in ("PickAndPlace", "OpenDrawer")}
+_SEEING = {
+    "frobs/PandaPickAndPlaceVision-v0": "dagger_vision.yaml",
+    "frobs/PandaOpenDrawerVision-v0": "dagger_vision.yaml",
+    "frobs/PandaPushVision-v0": "dagger_vision_push.yaml",
+}
 """File of the tuned settings of environments with cameras."""
 
 
