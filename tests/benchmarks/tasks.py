@@ -211,14 +211,19 @@ def write_row(
         "machine": machine,
         "shared": shared,
         "commit": trained["commit"],
-        "mujoco": found,
-        "pybullet": other,
+        "mujoco": without_run(found),
+        "pybullet": without_run(other),
     }
     (folder / "result.json").write_text(json.dumps(plain(row), indent=1), "utf-8")
     rate = found["success_rate"]
     name = " ".join(filter(None, (case.id, case.algorithm, case.controller)))
     sys.stderr.write(f"{name}, seed {seed}: {rate:.1%} after {trained['seconds']:.0f} s\n")
     return row
+
+
+def without_run(found: Mapping[str, Any] | None) -> dict[str, Any] | None:
+    """Return the results of an evaluation without the run's folder, which is one of this machine."""
+    return None if found is None else {key: value for key, value in found.items() if key != "run"}
 
 
 def measure_as_jobs(
@@ -271,7 +276,7 @@ def measure_as_jobs(
     def keep_evaluation(outcome: Outcome) -> None:
         case, seed, simulator = tasks[outcome.index]
         results = found.setdefault((case, seed), {})
-        results[simulator] = {key: value for key, value in outcome.result.items() if key != "run"}
+        results[simulator] = outcome.result
         if len(results) == len(simulators):
             facts = json.loads((case.folder(seed, kept) / "trained.json").read_text("utf-8"))
             where = f"{machine()}, --runner {runner.name}"

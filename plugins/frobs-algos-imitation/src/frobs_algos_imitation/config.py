@@ -63,7 +63,7 @@ class DaggerConfig(ImitationConfig):
     """
 
     expert: str | Annotated[list[str], Field(min_length=1)] = "expert"
-    expert_share: Fraction = 0.0
+    expert_share: Fraction = 0.3
     updates: PositiveInt = 1200
     final_updates: PositiveInt = 3600
 

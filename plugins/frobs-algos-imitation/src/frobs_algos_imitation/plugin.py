@@ -10,8 +10,7 @@ _DAGGER = {
     "dagger_peg.yaml": ("PegInsertion",),
     "dagger_peg_tight.yaml": ("PegInsertionTight",),
     "dagger.yaml": (*("Lift", "OpenDoor", "OpenDrawer", "PickAndPlace", "PickAndPlaceGoal", "Slide", "SlideGoal"),),
-    "dagger_long.yaml": ("Stack",),
-    "dagger_push.yaml": ("Push", "PushGoal"),
+    "dagger_long.yaml": ("Stack", "Push", "PushGoal"),
 }
 """Tasks with an expert, by the file of their tuned settings."""
 
