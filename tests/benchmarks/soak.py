@@ -1,7 +1,7 @@
 """Measure long-term behavior: ``make soak`` writes ``docs/explanation/soak-measured.md``.
 
-One environment takes a million steps, and a thousand environments are created and closed: memory and file descriptors
-must not grow. Each manipulation ID takes a million random steps: every divergence must be reported, and no object may
+One environment takes a million steps, environments with pictures 100,000, and a thousand environments are created and
+closed: memory and file descriptors must not grow. Each manipulation ID takes a million random steps: every divergence must be reported, and no object may
 penetrate another by more than 5 mm. Exits with status 1 if a check fails. Other programs on the machine do not affect
 the results, which are stored in ``results/soak``, so an interrupted measurement continues where it stopped. ``--fresh``
 discards them::
@@ -21,7 +21,7 @@ import threading
 from argparse import ArgumentParser
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import date
 from functools import partial
 from multiprocessing import get_context
@@ -39,6 +39,9 @@ from common import RESULTS, ROOT, manipulation_ids, slug, stored
 PAGE = ROOT / "docs" / "explanation" / "soak-measured.md"
 KEPT = RESULTS / "soak"
 ENVIRONMENT = "frobs/Irb120Reach-v0"
+SEEING, SEEING_ENVS = "frobs/PandaPickAndPlaceVision-v0", 50
+"""ID with two cameras, and the number of its environments that are stepped together."""
+
 TOTAL = 1_000_000
 """Number of steps of one environment, and number of random steps of each manipulation ID."""
 
@@ -158,6 +161,22 @@ def steps(simulator: str, total: int) -> Part:
     return Part(f"{total:,} steps of one environment on {simulator}", "steps", found)
 
 
+def pictures(total: int) -> Part:
+    """Take random steps in environments that observe two cameras, with other looks in each episode."""
+    looks = {
+        "color": {"target": ["cube", "floor"], "set": [0, 1]},
+        "texture": {"set": [0, 64]},
+        "distractors": {"set": [0, 8]},
+    }
+    env = gym.make_vec(f"frobs_core:{SEEING}", num_envs=SEEING_ENVS, randomize=looks)
+    env.action_space.seed(0)
+    env.reset(seed=0)
+    found = repeat(total // SEEING_ENVS, lambda: env.step(env.action_space.sample()))
+    env.close()
+    counted = [replace(item, count=item.count * SEEING_ENVS) for item in found]
+    return Part(f"{total:,} steps of {SEEING_ENVS} environments with pictures on mujoco", "steps", counted)
+
+
 def lifetimes(simulator: str, total: int) -> Part:
     """Repeatedly create an environment, take a step and close it."""
 
@@ -217,7 +236,7 @@ def report(parts: Sequence[Part], touched: Sequence[Contacts] = ()) -> str:
         "# Benchmarks: memory, file descriptors and contacts",
         "",
         f"Written by `tests/benchmarks/soak.py` on {date.today():%d %B %Y}. Machines: {'; '.join(machines)}. Commits: {', '.join(commits)}. "
-        f"The environment of the first parts is `{ENVIRONMENT}` with random actions. Memory is the resident memory of the process, "
+        f"The environment of the first parts is `{ENVIRONMENT}`, and `{SEEING}` with pictures, with random actions. Memory is the resident memory of the process, "
         "measured after `malloc_trim` has returned the memory that glibc keeps for later allocations.",
         "",
         f"Caches fill during the first {WARM_UP:.0%} of each part. After that, memory may grow by at most {MAX_GROWTH:g} MiB, and "
@@ -262,6 +281,7 @@ def report(parts: Sequence[Part], touched: Sequence[Contacts] = ()) -> str:
 
 PARTS = {
     "steps-mujoco": partial(steps, "mujoco", TOTAL),
+    "pictures": partial(pictures, 100_000),
     "environments-mujoco": partial(lifetimes, "mujoco", 1_000),
     "environments-pybullet": partial(lifetimes, "pybullet", 1_000),
 }

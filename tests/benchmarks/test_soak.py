@@ -23,6 +23,14 @@ def test_steps_and_lifetimes_are_sampled_and_reported(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.needs("rendering")
+def test_steps_with_pictures_are_counted_over_all_environments() -> None:
+    part = soak.pictures(100)
+    assert [item.count for item in part.samples] == [0, 50, 100]
+    assert part.title == "100 steps of 50 environments with pictures on mujoco"
+
+
+@pytest.mark.slow
 def test_contacts_of_random_steps_are_looked_at_and_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = soak.stored_contacts("frobs/PandaLift-v0", 10_000, tmp_path)
     monkeypatch.setattr(soak, "contacts", None)  # fails if the ID is checked again
