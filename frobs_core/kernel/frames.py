@@ -42,8 +42,8 @@ class Frames(Stateful):
     Args:
         name: Name of the observation term.
         draw: Function that draws pictures.
-        low: Lower bound of a picture, whose shape and type are those of the pictures.
-        high: Upper bound of a picture.
+        low: Lower bound of a picture, (height, width, channels), which also states the type of the pictures.
+        high: Upper bound of a picture, (height, width, channels).
         settings: ``camera``, ``rate`` [Hz], ``noise`` in the unit of the pictures, and ``delay`` [s].
         num_envs: Number of environments.
         control_timestep: [s]

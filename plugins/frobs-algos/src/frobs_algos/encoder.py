@@ -5,6 +5,8 @@ from __future__ import annotations
 import torch as th
 from torch import nn
 
+__all__ = ["SMALLEST", "Encoder"]
+
 SMALLEST = 20
 """Smallest height and width of a picture that :class:`Encoder` can process [pixels]."""
 

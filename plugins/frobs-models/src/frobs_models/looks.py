@@ -38,14 +38,18 @@ class WrittenLooks(ABC):
 
     @abstractmethod
     def targets(self, name: str) -> Sequence[str]:
-        """Return the targets of a parameter."""
+        """Return the targets of the parameter ``name``."""
 
     @abstractmethod
     def nominal(self, name: str, target: str) -> Any:
-        """Return the value of a parameter in the scene."""
+        """Return the value of the parameter ``name`` of ``target`` in the scene."""
 
     def read(self, name: str, target: str) -> Floats:
-        """Return the values of a parameter, (num_envs, …)."""
+        """Return the values of the parameter ``name`` of ``target``, (num_envs, …).
+
+        Raises:
+            UnknownNameError: The parameter has no such target.
+        """
         check_name(f"target of the parameter '{name}'", target, self.targets(name))
         current = self.values.get((name, target))
         if current is not None:
@@ -54,7 +58,18 @@ class WrittenLooks(ABC):
         return np.broadcast_to(nominal, (self._num_envs, *nominal.shape)).copy()
 
     def write(self, name: str, target: str, values: Floats, mask: Mask | None) -> None:
-        """Change a parameter in the environments selected by ``mask``."""
+        """Change a parameter in the environments selected by ``mask``.
+
+        Args:
+            name: Name of the parameter.
+            target: Target of the parameter.
+            values: New values, which broadcast to those of the selected environments.
+            mask: Mask of the environments, (num_envs,) bool, or None for all.
+
+        Raises:
+            PhysicsParameterError: A value is not finite, or out of range.
+            UnknownNameError: The parameter has no such target.
+        """
         if not np.isfinite(values).all():
             raise PhysicsParameterError(name, target, "must be finite.")
         low, high = self.limits.get(name, (-np.inf, np.inf))
