@@ -63,7 +63,7 @@ class WrittenLooks(ABC):
         Args:
             name: Name of the parameter.
             target: Target of the parameter.
-            values: New values, which broadcast to those of the selected environments.
+            values: New values, which broadcast to those of the n selected environments, (n, …).
             mask: Mask of the environments, (num_envs,) bool, or None for all.
 
         Raises:
