@@ -19,7 +19,7 @@ ID = "frobs/Irb120Reach-v0"
         (("--num-envs", "1,8"), "--num-envs: a list of numbers requires --scaling"),
         (("--processes", "1"), "--processes: this option requires --scaling."),
         (("--runner", "ray"), "--runner: this option requires --scaling"),
-        (("--scaling", "--training"), "--training: choose either --training or --scaling."),
+        (("--scaling", "--training"), "--training: choose one of --training, --cameras and --scaling."),
         (("--scaling", "--steps", "1000"), "--steps: --scaling measures for a given time; use --seconds."),
         (("--scaling", "--algorithm", "sac"), "--algorithm: this option requires --training."),
         (("--scaling", "--jobs", "1,2"), "--jobs: this option requires a cluster; add --runner ray."),
