@@ -56,8 +56,8 @@ class DaggerConfig(ImitationConfig):
     Attributes:
         expert: Name or path of the policy that labels the visited states, such as ``expert``, or a list with the folders
             of data sets in which a person acted.
-        expert_share: Share of the steps in which the expert acts after the first round. It decreases to 0 until the end
-            of the training.
+        expert_share: Share of the steps in which the expert acts after the first round. It decreases linearly to 0
+            during the training run.
         updates: Number of updates after each round. In a round, every environment plays an episode.
         final_updates: Number of updates after the last round.
     """

@@ -26,8 +26,8 @@ class Dagger(ImitationAlgorithm):
     """Dataset aggregation (Ross et al. 2011).
 
     In the first round, the expert acts in one episode of each environment. In all later rounds, the learner acts, and
-    the expert labels the states that the learner visits. With ``expert_share``, the expert acts in some steps of these
-    rounds, too, so that the learner also visits what comes after a state in which it does not get on.
+    the expert labels the states that the learner visits. With ``expert_share``, the expert also acts in some steps of
+    these rounds, so that the samples include what comes after states in which the learner would get stuck.
 
     A person cannot label states without acting. If the expert is given as data sets, the learner therefore imitates the
     steps in which the person acted, of the demonstrations and of all corrections together (HG-DAgger, Kelly et al.

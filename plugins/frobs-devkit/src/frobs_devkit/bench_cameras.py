@@ -85,7 +85,9 @@ def _moved(id: str, num_envs: int, keywords: Mapping[str, Any]) -> Any:
     env: Any = make_vector_env(id, num_envs, dict(keywords))
     if not hasattr(env.unwrapped, "simulation"):
         env.close()
-        raise ConfigurationError(f"'{id}' is not a FRobs environment; only their cameras can be measured.")
+        raise ConfigurationError(
+            f"'{id}' is not a FRobs environment; only cameras of FRobs environments can be measured."
+        )
     env.action_space.seed(0)
     env.reset(seed=0)
     for _ in range(_STEPS):
