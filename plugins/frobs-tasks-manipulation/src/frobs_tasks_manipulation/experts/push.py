@@ -52,7 +52,8 @@ class PushCube(ToolExpert[Any]):
         self._face = np.zeros(task.num_envs, np.int64)  # push along the cube's x (0), y (1), −x (2) or −y (3) axis
 
     def _next_phase(self) -> np.ndarray[Any, np.dtype[np.int64]]:
-        task, axes, each = self.task, self._axes(), np.arange(self.task.num_envs)
+        task, each = self.task, np.arange(self.task.num_envs)
+        self._directions = axes = self._axes()
         tool = (self._fingers() - task.cube.pos) * _HORIZONTAL
         along = (axes * tool[:, None]).sum(axis=2)
         left = (axes * (task.goal - task.cube.pos)[:, None]).sum(axis=2)
@@ -127,7 +128,7 @@ class PushCube(ToolExpert[Any]):
 
     def _way(self) -> tuple[Floats, Floats]:
         """Return the direction, (num_envs, 3), and the remaining distance, (num_envs,) [m], of the current push."""
-        direction = self._axes()[np.arange(len(self._face)), self._face]
+        direction = self._directions[np.arange(len(self._face)), self._face]
         return direction, ((self.task.goal - self.task.cube.pos) * direction).sum(axis=1)
 
     def _behind(self) -> Floats:
