@@ -14,11 +14,10 @@ RUN mkdir /home/frobs/frobs && python -m venv /home/frobs/venv
 WORKDIR /home/frobs/frobs
 ENV PATH=/home/frobs/venv/bin:$PATH PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1
 
-# First, and in a layer of its own. Without options, PyTorch brings 2.7 GB of CUDA; for its CPU build, pass the options that
-# https://pytorch.org/get-started/locally/ shows after the package names for pip and CPU:
-#   docker build --build-arg TORCH_OPTIONS="…" --tag frobs .
-ARG TORCH_OPTIONS=
-RUN pip install torch==2.13.0 ${TORCH_OPTIONS}
+# First, and in a layer of its own. uv knows where the builds of PyTorch are: cpu, or cu130 for a GPU with CUDA 13.0:
+#   docker build --build-arg TORCH_BACKEND=cu130 --tag frobs .
+ARG TORCH_BACKEND=cpu
+RUN pip install uv && uv pip install --python /home/frobs/venv/bin/python --torch-backend ${TORCH_BACKEND} torch==2.13.0
 
 COPY --chown=frobs:frobs pyproject.toml constraints.txt LICENSE CHANGELOG.md ./
 COPY --chown=frobs:frobs frobs_core frobs_core/

@@ -13,11 +13,9 @@ BIN := $(VENV)/bin
 PLUGINS := $(sort $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml)))
 DEMO := cli train[plots,video] deploy models sim-mujoco controllers grippers algos algos-sb3 $(patsubst plugins/frobs-%,%,$(wildcard plugins/frobs-robots-* plugins/frobs-tasks-*))
 PROJECTS := pyproject.toml $(PLUGINS:%=%/pyproject.toml) constraints.txt
-# Without --no-compile, pip would compile all modules, which takes as long as the rest of the installation.
-PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip -qq --no-input install --no-compile --constraint constraints.txt
+PIP := sh docs/install.sh $(BIN)/python
 # With build isolation, pip would make an environment with hatchling for each of our distributions.
 PIP_EDITABLE := $(PIP) hatchling editables && $(PIP) --no-build-isolation
-PROGRESS = (while sleep 5 && kill -0 $$$$ 2>/dev/null; do echo "  still installing: $$(du -sm $(VENV) | cut -f 1) MB"; done) & trap "kill $$!" EXIT;
 PYTEST := $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal
 
 # Without bytecode, each of the many processes that tests start compiles FRobs again.
@@ -95,16 +93,16 @@ $(BIN)/python:
 # The stamps are renewed when a distribution or a pinned version changes.
 $(VENV)/.installed-demo: $(BIN)/python $(PROJECTS)
 	@echo "Installing the parts of FRobs that the demo needs into $(VENV) (a minute, or longer if PyTorch must be downloaded)."
-	@$(PROGRESS) $(PIP_EDITABLE) --editable . $(foreach name,$(DEMO),--editable './plugins/frobs-$(name)')
+	@$(PIP_EDITABLE) --editable . $(foreach name,$(DEMO),--editable './plugins/frobs-$(name)')
 	@touch $@
 
 $(VENV)/.installed: $(BIN)/python $(PROJECTS)
 	@echo "Installing FRobs into $(VENV) (the first time takes a few minutes: PyTorch is large)."
-	@$(PROGRESS) $(PIP_EDITABLE) --editable . $(PLUGINS:%=--editable ./%)
+	@$(PIP_EDITABLE) --editable . $(PLUGINS:%=--editable ./%)
 	@$(BIN)/python -c 'import sys; v = "%d.%d" % sys.version_info[:2]; sys.version_info < (3, 12) or print("PyBullet has no wheel for Python " + v + ": to simulate on it, use Python 3.11.")'
 	@touch $(VENV)/.installed-demo $@
 
 $(VENV)/.installed-dev: $(VENV)/.installed requirements-dev.txt
 	@echo "Installing what tests, checks and documentation need."
-	@$(PROGRESS) $(PIP) --requirement requirements-dev.txt
+	@$(PIP) --requirement requirements-dev.txt
 	@touch $@

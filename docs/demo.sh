@@ -21,3 +21,14 @@ echo "4/4  Making a video."
 "$FROBS" play "$run" --video "$run/video.mp4" --episodes 2 || echo "No video was made; everything else is complete."
 echo
 "$FROBS" show "$run"
+cat <<END
+
+Look at:  $run/plots/learning_curve.png
+          $run/video.mp4
+Next:     $FROBS play $run            # watch the arm in a window
+          $FROBS list envs             # other environments, many with a trained policy
+          make install                 # everything else that FRobs has; then, for example:
+          $FROBS view frobs/PandaPickAndPlace-v0        # a trained policy in the browser
+          $FROBS train frobs/PandaPickAndPlace-v0 --algorithm dagger   # learn it in a minute
+Read:     docs/tutorials/index.md
+END

@@ -1,7 +1,7 @@
 """Draw the animations of the README and of the gallery: ``python docs/pictures.py [ID …]``; without an ID, all of them.
 
 Each ID with a trained policy or a scripted expert gets an animation of successful episodes, and every ID gets a still.
-They are written to ``docs/images/gallery``. ``docs/images/robots.webp`` shows several of them together.
+They are written to ``docs/images/gallery``. ``docs/images/hero.webp`` is the animation of the README.
 """
 
 import sys
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from generate.environments import slug
-from PIL import Image, ImageSequence
+from PIL import Image
 
 from frobs_core.plugins import registry
 from frobs_core.util.errors import RunError
@@ -40,8 +40,11 @@ PARTS = {
 """Parts of the IDs that leave them open."""
 OPTIONS = {"pick_and_place": {"goal": [0.5, 0.15, 0.2]}}
 """Reset options by task, where a random episode may show only a part of the task."""
-SHOWN = ("frobs/Irb120ReachDynamic-v0", "frobs/PandaStack-v0", "frobs/KobukiMaze-v0", "frobs/Ur5OpenDoor-v0")
-"""IDs of the README's animation, from left to right."""
+HERO = "frobs/PandaPickAndPlaceVision-v0"
+HERO_GOAL = {"goal": [0.5, 0.2, 0.25]}
+"""Reset options of the README's animation."""
+VIEW = {"pos": [1.25, -0.95, 0.85], "target": [0.28, 0.02, 0.3], "fov_y": 36}
+"""Camera of the README's animation."""
 
 
 def draw(env_id: str) -> None:
@@ -66,16 +69,21 @@ def draw(env_id: str) -> None:
     env.close()
 
 
-def successful_states(env: Any, policy: Any, options: dict[str, Any] | None = None) -> list[np.ndarray]:
-    """Return images of all states of successful episodes, which begin with the given reset options."""
+def successful_states(
+    env: Any, policy: Any, options: dict[str, Any] | None = None, seen: Sequence[str] = ()
+) -> list[np.ndarray]:
+    """Return images of all states of successful episodes, which begin with the given reset options.
+
+    ``seen`` names the observations that are shown in a corner.
+    """
     states: list[np.ndarray] = []
     for seed in range(SEEDS):
         observation, _ = env.reset(seed=seed, options=options)
-        episode, done = [env.render()], False
+        episode, done = [with_insets(env.render(), [observation[name] for name in seen])], False
         while not done:
             action = policy.act(add_batch(observation), np.array([len(episode) == 1]))
             observation, _, terminated, truncated, info = env.step(action[0])
-            episode.append(env.render())
+            episode.append(with_insets(env.render(), [observation[name] for name in seen]))
             done = terminated or truncated
         if info["is_success"]:
             states += episode
@@ -101,17 +109,29 @@ def write(frames: Sequence[Image.Image], name: str, folder: Path = GALLERY) -> N
         )
 
 
-def draw_together() -> None:
-    """Write the animation of the README from those of the gallery."""
-    frames = [Image.new("RGB", (len(SHOWN) * SIZE[0], SIZE[1])) for _ in range(FRAMES)]
-    for column, env_id in enumerate(SHOWN):
-        tile = Image.open(GALLERY / f"{slug(env_id)}.webp")
-        for frame, moment in zip(frames, ImageSequence.Iterator(tile), strict=True):
-            frame.paste(moment, (column * SIZE[0], 0))
-    write(frames, "robots", IMAGES)
+def draw_hero() -> None:
+    """Write the animation of the README: a robot that picks and places, and the camera pictures that it sees."""
+    run = open_policy(HERO, "pretrained")
+    keywords = {**run.config.keywords(), "render_size": (450, 800), "cameras": {"hero": VIEW}, "camera": "hero"}
+    env = make_env(HERO, keywords, render_mode="rgb_array", wrappers=run.config.wrappers)
+    states = successful_states(env, acting_policy(run, env), HERO_GOAL, seen=("scene", "wrist"))
+    write([Image.fromarray(states[int(i)]) for i in np.linspace(0, len(states) - 1, 2 * FRAMES)], "hero", IMAGES)
+    env.close()
+
+
+def with_insets(picture: np.ndarray, seen: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the picture with what the cameras see in its lower left corner, enlarged."""
+    picture = picture.copy()
+    for column, view in enumerate(seen):
+        inset = view.repeat(2, axis=0).repeat(2, axis=1)
+        height, width = inset.shape[:2]
+        left, upper = 12 + column * (width + 12), picture.shape[0] - height - 12
+        picture[upper - 2 : upper + height + 2, left - 2 : left + width + 2] = 255
+        picture[upper : upper + height, left : left + width] = inset
+    return picture
 
 
 if __name__ == "__main__":
     for each in sys.argv[1:] or registry.environments():
         draw(each)
-    draw_together()
+    draw_hero()
