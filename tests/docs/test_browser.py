@@ -118,6 +118,36 @@ def test_the_search_lists_guides_before_symbols(tab: Any, words: str) -> None:
     assert guides == sorted(guides, reverse=True)
 
 
+@pytest.mark.parametrize(
+    ("words", "page"),
+    [
+        ("imitation", "/how-to/imitation.html"),
+        ("behaviour cloning", "/how-to/imitation.html"),
+        ("teleop", "/how-to/teleoperate.html"),
+        ("ROS 2", "/how-to/ros2.html"),
+        ("Gazebo", "/how-to/gazebo.html"),
+        ("gripper", "/how-to/grippers.html"),
+        ("camera", "/how-to/cameras.html"),
+        ("sim2real", "/how-to/randomize.html"),
+        ("GPU", "/explanation/limits.html"),
+        ("Isaac", "/how-to/come-from.html"),
+    ],
+)
+def test_the_search_finds_what_newcomers_type(tab: Any, words: str, page: str) -> None:
+    tab.goto(f"/search.html?q={words}")
+    tab.wait_for_selector("#search-results p.search-summary:has-text('found')")
+    links = tab.eval_on_selector_all("ul.search > li > a", "found => found.map(link => link.pathname)")
+    assert page in links[:5]
+
+
+def test_the_search_for_imitation_does_not_find_limitations(tab: Any) -> None:
+    tab.goto("/search.html?q=imitation")
+    tab.wait_for_selector("#search-results p.search-summary:has-text('found')")
+    titles = tab.eval_on_selector_all("ul.search > li > a", "found => found.map(link => link.textContent)")
+    assert titles
+    assert not [title for title in titles if "limit" in title.lower()]
+
+
 def test_pictures_follow_the_color_scheme_of_the_page(tab: Any) -> None:
     tab.emulate_media(color_scheme="light")
     tab.goto("/explanation/architecture.html")

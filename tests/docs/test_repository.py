@@ -72,7 +72,8 @@ def test_the_readme_of_the_tests_describes_every_folder() -> None:
 
 def test_requirements_are_pinned() -> None:
     pinned = {line.split("==")[0].lower().replace("_", "-") for line in _lines("constraints.txt")}
-    wanted = {re.split(r"[;\[]", line)[0].strip().lower() for line in _lines("requirements-dev.txt")}
+    required = [*_lines("requirements-dev.txt"), *_lines("docs/requirements.txt")]
+    wanted = {re.split(r"[;\[]", line)[0].strip().lower() for line in required if not line.startswith("--")}
     for project in [ROOT, *DISTRIBUTIONS]:
         table = tomllib.loads((project / "pyproject.toml").read_text("utf-8"))["project"]
         for group in (table["dependencies"], *table.get("optional-dependencies", {}).values()):
