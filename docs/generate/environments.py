@@ -13,9 +13,10 @@ from frobs_core.util.errors import FrobsError
 from frobs_train.export.bundle_run import BundleRun
 from frobs_train.export.pretrained import read_pretrained
 from generate import facts
-from generate.pictures import draw_curve, draw_episode
+from generate.pictures import draw_curve
 from generate.rst import code, directive, escape, heading, label, literal, table, toctree
 
+DOCS = Path(__file__).parents[1]
 _AT_A_GLANCE = ("robot", "controller", "simulator", "task", "from")
 _IN_SECTIONS = ("pretrained", "success", "reward_terms", "action_space", "observation_space", "max_episode_steps")
 
@@ -70,8 +71,7 @@ def _page(env_id: str, folder: Path | None) -> str:
     run = _pretrained(env_id)
     given = "" if record.robot else ', robot="path/to/arm.urdf", tcp="LINK"'
     text = label(f"environment-{slug(env_id)}") + heading(env_id) + f"{escape(record.summary)}.\n\n"
-    if folder is not None and record.robot:
-        text += _picture(env_id, folder / "environments" / f"{slug(env_id)}.png", run)
+    text += _animation(env_id)
     text += literal(f'env = gym.make("frobs_core:{env_id}"{given})', "python")
     if run is not None:
         text += literal(f"frobs play {env_id} --pretrained", "bash")
@@ -111,11 +111,13 @@ def _part(kind: str, name: str) -> str:
     return f":ref:`{name} <{kind}-{name.replace('_', '-')}>`" if known else escape(name)
 
 
-def _picture(env_id: str, path: Path, run: BundleRun | None) -> str:
-    if not draw_episode(env_id, path, run):
-        return ""
-    said = "The trained policy at the start, on the way, and at the end of an episode" if run else "An episode begins"
-    return directive("figure", path.name, alt=f"{said}, in {env_id}").rstrip() + f"\n\n   {said}.\n\n"
+def _animation(env_id: str) -> str:
+    """Return the animation of the gallery and the still that replaces it, or only a still."""
+    path = f"/images/gallery/{slug(env_id)}"
+    moves = (DOCS / f"{path}.webp".lstrip("/")).exists()
+    alt = f"{env_id}, {'an episode' if moves else 'at the start of an episode'}"
+    still = directive("image", f"{path}-still.webp", alt=alt, class_="still animation" if moves else "animation")
+    return directive("image", f"{path}.webp", alt=alt, class_="moving animation") + still if moves else still
 
 
 def _action(found: dict, controller: str) -> str:

@@ -43,7 +43,9 @@ def literal(text: str, language: str = "text") -> str:
 
 def directive(name: str, argument: str, **options: str) -> str:
     """Return a directive without content."""
-    lines = [f".. {name}:: {argument}"] + [f"   :{key.replace('_', '-')}: {value}" for key, value in options.items()]
+    lines = [f".. {name}:: {argument}"] + [
+        f"   :{key.rstrip('_').replace('_', '-')}: {value}" for key, value in options.items()
+    ]
     return "\n".join(lines) + "\n\n"
 
 
