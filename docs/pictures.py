@@ -45,8 +45,6 @@ HERO_GOAL = {"goal": [0.5, 0.2, 0.25]}
 """Reset options of the README's animation."""
 VIEW = {"pos": [1.25, -0.95, 0.85], "target": [0.28, 0.02, 0.3], "fov_y": 36}
 """Camera of the README's animation."""
-WHOLE = {"pos": [1.6, -1.15, 1.0], "target": [0.32, 0.0, 0.3], "fov_y": 36}
-"""Camera of the animations of manipulation tasks, which shows the whole arm and its object."""
 
 
 def draw(env_id: str) -> None:
@@ -54,8 +52,6 @@ def draw(env_id: str) -> None:
     task, record = registry.environments()[env_id]
     run = open_policy(env_id, "pretrained" if record.pretrained else "expert")
     keywords = {**run.config.keywords(), **PARTS.get(env_id, {}), "render_size": DRAWN}
-    if "manipulation" in task.entry_point:
-        keywords |= {"cameras": {**keywords.get("cameras", {}), "whole": WHOLE}, "camera": "whole"}
     env = make_env(run.config.environment, keywords, render_mode="rgb_array", wrappers=run.config.wrappers)
     box = ARM if task.name.startswith("reach") else None
 
