@@ -173,7 +173,7 @@ def test_the_pictures_of_all_cameras_are_drawn(frobs: Frobs, tmp_path: Path) -> 
     file = tmp_path / "cameras.png"
     result = frobs("show", "frobs/PandaPickAndPlaceVision-v0", "--cameras", str(file))
     assert result.exit_code == 0, result.stderr
-    assert matplotlib.image.imread(file).shape == (72 + 2 * (400 + 64) + 24, 2 * (400 + 24) + 24, 4)
+    assert matplotlib.image.imread(file).shape == (72 + 2 * (400 + 64) + 24, 3 * (400 + 24) + 24, 4)
     for words, message in (
         (("irb120", "--cameras", str(file)), "an environment ID is required, but 'irb120' is none"),
         (("frobs/PandaPush-v0", "--cameras", str(tmp_path / "cameras.jpg")), "a file name that ends in .png"),
