@@ -29,6 +29,7 @@ MANIPULATION = {
     "frobs/PandaSlide-v0",
     "frobs/PandaSlideGoal-v0",
     "frobs/PandaStack-v0",
+    "frobs/PandaStackVision-v0",
     "frobs/Ur5Lift-v0",
     "frobs/Ur5OpenDoor-v0",
     "frobs/Ur5OpenDrawer-v0",

@@ -24,6 +24,7 @@ _PRETRAINED = (
     "PandaSlide",
     "PandaSlideGoal",
     "PandaStack",
+    "PandaStackVision",
     "Ur5Lift",
     "Ur5OpenDoor",
     "Ur5OpenDrawer",
