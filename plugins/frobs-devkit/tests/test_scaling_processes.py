@@ -7,8 +7,8 @@ import pytest
 
 from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.scaling import ScalingRanges
+from frobs_devkit.scaling.measure import powers_of_two
 from frobs_devkit.scaling.processes import measure_cluster, measure_processes
-from frobs_devkit.scaling.ranges import powers_of_two
 from frobs_train import RunConfig
 from frobs_train.runners.runner import load_runner
 

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 from frobs_cli.errors import CommandLineError
 from frobs_core.util.errors import ConfigFileError, ConfigurationError, UnknownNameError, UnknownParameterError
 from frobs_train import decide_threads, resolve_config
-from frobs_train.configuration.advice import advise_controller
+from frobs_train.cli.train import _advise_controller
 
 REACH = "frobs/Irb120Reach-v0"
 TOOL, JOINT = "tcp_delta_position", "joint_delta_position"
@@ -61,7 +61,7 @@ def test_a_controller_picks_its_section_of_the_tuned_file() -> None:
 
 def test_advice_names_the_controller_that_learns_in_fewer_steps() -> None:
     def advice(id: str, **flags: str) -> str | None:
-        return advise_controller(resolve_config(id, flags=flags))
+        return _advise_controller(resolve_config(id, flags=flags))
 
     tool, joint = (resolve_config("frobs/Reach-v0", flags={"controller": name}).steps for name in (TOOL, JOINT))
     for id in ("frobs/Reach-v0", "frobs_core:frobs/Reach-v0"):

@@ -12,8 +12,23 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.kernel.env import RobotEnv
+from frobs_core.util.errors import ConfigurationError
 from frobs_core.util.files import write_aside, write_json
-from frobs_devkit.parity.errors import ActionFileError
+
+
+class ActionFileError(ConfigurationError):
+    """An action file cannot be read, or does not match the environment.
+
+    Args:
+        path: Path of the action file.
+        reason: Description of the problem, and how to fix it.
+    """
+
+    def __init__(self, path: Path | str, reason: str) -> None:
+        self.path = Path(path)
+        self.reason = reason
+        super().__init__(f"{path}: {reason}")
+
 
 SUFFIXES = (".json", ".npz")
 """Suffixes of action files."""

@@ -12,7 +12,7 @@ from frobs_cli.field_options import option
 from frobs_cli.formats import duration, number, percent
 from frobs_cli.options import Json
 from frobs_cli.output import only_json, print_json, print_line, print_note, print_table, print_title
-from frobs_train.cli.picture_options import PictureOptions, RunFolders
+from frobs_train.cli.plot import PictureOptions, RunFolders
 from frobs_train.cli.runner_options import RunnerChoice
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def compare(
 
 def _evaluate(runs: Sequence[Run], episodes: int, runner: Runner) -> dict[Path, Mapping[str, Any]]:
     """Evaluate each run, and return a mapping from run folders to results."""
-    from frobs_train.cli.evaluate_runs import run_evaluations
+    from frobs_train.cli.evaluate import run_evaluations
     from frobs_train.runners.jobs import evaluation_job
     from frobs_train.runners.runner import raise_failures
 

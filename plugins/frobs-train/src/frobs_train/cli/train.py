@@ -2,20 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from frobs_cli.field_options import option
-from frobs_cli.options import EnvId, Json, Seed
-from frobs_cli.output import only_json, print_note
+from frobs_cli.formats import duration, number, percent
+from frobs_cli.options import Attach, Controller, EnvId, Gripper, Json, NumEnvs, Robot, Seed, Simulator, Tcp
+from frobs_cli.output import only_json, print_json, print_line, print_note, print_table, print_title
 from frobs_core.util.errors import ConflictingOptionsError
-from frobs_train.cli.run_flags import RunFlags
+from frobs_train.cli.jobs_progress import collect_outcomes, short_path
 from frobs_train.cli.runner_options import RunnerChoice
 from frobs_train.cli.training_report import describe_fit, describe_training, report_training
 from frobs_train.cli.training_view import check_view, training_view
+
+if TYPE_CHECKING:
+    from frobs_train import RunConfig
+    from frobs_train.runners.runner import Runner
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunFlags:
+    """Flags of :func:`frobs_train.resolve_config`.
+
+    Attributes:
+        algorithm: Training algorithm: a name from 'frobs list algorithms'.
+        base: How the robot's root link can move: fixed, floating or wheeled.
+        object: Object to manipulate, for tasks such as PickAndPlace: an STL, OBJ, COLLADA or URDF file, in meters.
+        object_mass: Mass of the object of --object, in kg.
+        object_scale: Factor for the lengths of the object of --object: 0.001 if it is in millimeters.
+        steps: Total number of environment steps of a run, summed over all environments.
+    """
+
+    algorithm: str | None = option(None, show_default="ppo")
+    robot: Robot = None
+    tcp: Tcp = None
+    gripper: Gripper = None
+    attach: Attach = None
+    base: str | None = option(None, metavar="KIND", show_default="the robot's base")
+    simulator: Simulator = None
+    controller: Controller = None
+    num_envs: NumEnvs = None
+    object: str | None = option(None, metavar="FILE", show_default="the task's object")
+    object_mass: float | None = option(None, metavar="KG", show_default="from the object's volume")
+    object_scale: float | None = option(None, metavar="S", show_default="1")
+    steps: int | None = option(None, min=1)
 
 
 class Service(StrEnum):
@@ -72,15 +106,13 @@ def train(env_id: EnvId, flags: RunFlags, options: TrainOptions, runner: RunnerC
     find_spec(env_id)  # check the ID before importing torch, so that a typo is reported immediately
     from frobs_train import default_run_dir, resolve_config
     from frobs_train import train as train_run
-    from frobs_train.cli.train_seeds import train_and_report
-    from frobs_train.configuration.advice import advise_controller
 
     chosen = {**asdict(flags), "seed": options.seed, "log": [service.value for service in options.log] or None}
     with only_json(json):
         resolved = resolve_config(
             env_id, file=options.config, flags=chosen, settings=options.settings, check_parts=True
         )
-    if advice := advise_controller(resolved):
+    if advice := _advise_controller(resolved):
         print_note(advice)
     for line in describe_fit(resolved):
         print_note(line)
@@ -88,7 +120,7 @@ def train(env_id: EnvId, flags: RunFlags, options: TrainOptions, runner: RunnerC
     if options.view:
         _check_view(options, is_local=runner.is_local)
     if options.seeds is not None or not runner.is_local:
-        train_and_report(resolved, options.seeds or 1, opened, options.run_dir, on_existing, json=json)
+        _train_seeds(resolved, options.seeds or 1, opened, options.run_dir, on_existing, json=json)
         return
     folder = options.run_dir or default_run_dir(resolved)
     with training_view(folder) if options.view else nullcontext():
@@ -100,6 +132,27 @@ def train(env_id: EnvId, flags: RunFlags, options: TrainOptions, runner: RunnerC
         )
 
 
+def _advise_controller(config: RunConfig) -> str | None:
+    """Return a hint if the tuned settings of the ID's default controller need fewer steps than the chosen controller."""
+    from frobs_core.plugins.registry import bare_id, environments
+    from frobs_train import resolve_config
+
+    id, chosen = bare_id(config.environment), config.environment_kwargs.get("controller")
+    if id not in environments() or not isinstance(chosen, str):
+        return None
+    own = environments()[id][1].controller
+    steps = {
+        name: resolve_config(id, flags={"algorithm": config.algorithm, "controller": name}).steps
+        for name in (own, chosen)
+    }
+    if steps[own] >= steps[chosen]:
+        return None
+    return (
+        f"Training is faster with '--controller {own}', which needs {steps[own]:,} steps; '{chosen}' needs "
+        f"{steps[chosen]:,}."
+    )
+
+
 def _check_view(options: TrainOptions, *, is_local: bool) -> None:
     """Check that the one run that will be trained can be shown."""
     check_view()
@@ -107,3 +160,43 @@ def _check_view(options: TrainOptions, *, is_local: bool) -> None:
         raise ConflictingOptionsError(["--view", "--seeds or --runner"], "a view shows one run of this machine")
     if options.on_existing == "increment":
         raise ConflictingOptionsError(["--view", "--on-existing increment"], "choose another --run-dir instead")
+
+
+def _train_seeds(
+    config: RunConfig, count: int, runner: Runner, run_dir: Path | None, on_existing: str, *, json: bool
+) -> None:
+    """Train with several seeds, beginning with the configured one or 0, and print a table with one row per seed."""
+    from frobs_train.runners.runner import raise_failures
+    from frobs_train.runners.seeds import train_seeds
+
+    first = config.seed or 0
+    seeds = list(range(first, first + count))
+    with only_json(json):
+        outcomes = collect_outcomes(
+            [f"seed {seed}" for seed in seeds],
+            lambda update: train_seeds(config, seeds, runner, run_dir, update, on_existing=on_existing),
+            "repeat the command with --on-existing resume to continue the runs of all seeds",
+        )
+    trained = [outcome.result for outcome in outcomes if outcome.error is None]
+    if json:
+        print_json(trained)
+    elif trained:
+        _print(config, trained)
+    raise_failures(outcomes)
+
+
+def _print(config: RunConfig, trained: list[Mapping[str, Any]]) -> None:
+    print_title(config.environment, config.algorithm)
+    table = [
+        [
+            str(row["seed"]),
+            percent(row["success"]),
+            number(row["reward"]),
+            duration(row["seconds"]),
+            short_path(row["run"]),
+        ]
+        for row in trained
+    ]
+    print_table(["seed", "success", "reward", "time", "run"], table)
+    print_line()
+    print_line(f"next: frobs compare {short_path(trained[0]['run']).rstrip('0123456789')}*")

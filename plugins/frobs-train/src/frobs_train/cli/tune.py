@@ -13,8 +13,8 @@ from frobs_cli.facts import print_facts, text
 from frobs_cli.formats import duration
 from frobs_cli.options import EnvId, Json
 from frobs_cli.output import console, only_json, print_json, print_line, print_note, print_table, working
-from frobs_train.cli.run_flags import RunFlags
 from frobs_train.cli.runner_options import RunnerChoice
+from frobs_train.cli.train import RunFlags
 from frobs_train.tuning.search import Search
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from frobs_devkit.testing.simulator.under_test import SimulatorUnderTest
 CHECKS = checks_in(
     __name__,
     "contract kinematics model_files drive dynamics stepping pacing state world bodies contacts forces rendering "
-    "parameters looks",
+    "parameters",
 )
 """All simulator checks, in the order in which they run."""
 
