@@ -21,50 +21,29 @@ _REPETITIONS = 5
 
 @dataclass(frozen=True)
 class CameraSpeed:
-    """Speed of the cameras of a vector environment.
+    """Speed of the cameras of a vector environment."""
 
-    Attributes:
-        num_envs: Number of environments that are drawn by one call.
-        size: Height and width of the pictures [pixels].
-        seconds: Median time of a picture [s].
-    """
-
-    num_envs: int
-    size: int
-    seconds: float
+    num_envs: int  # number of environments that are drawn by one call
+    size: int  # height and width of the pictures [pixels]
+    seconds: float  # median time of a picture [s]
 
 
 @dataclass(frozen=True)
 class CameraBenchResult:
-    """Result of :func:`bench_cameras`.
+    """Result of :func:`bench_cameras`."""
 
-    Attributes:
-        id: The environment's ID.
-        cameras: Names of the cameras, which all draw as many pictures.
-        speeds: Speed for each number of environments and each size.
-        machine: Processor, operating system and Python.
-    """
-
-    id: str
-    cameras: tuple[str, ...]
-    speeds: tuple[CameraSpeed, ...]
-    machine: str
+    id: str  # the environment's ID
+    cameras: tuple[str, ...]  # names of the cameras, which all draw as many pictures
+    speeds: tuple[CameraSpeed, ...]  # for each number of environments and each size
+    machine: str  # processor, operating system and Python
 
 
 def bench_cameras(
     id: str, *, num_envs: Sequence[int] = NUM_ENVS, sizes: Sequence[int] = SIZES, **keywords: Any
 ) -> CameraBenchResult:
-    """Measure how long a picture takes, as an observation needs it, in vector environments of several sizes.
+    """Measure how long a picture for an observation takes, for several numbers of environments and sizes [pixels].
 
-    Args:
-        id: ID of the environment.
-        num_envs: Numbers of environments.
-        sizes: Heights and widths of the pictures [pixels].
-        keywords: Keywords of the environment.
-
-    Raises:
-        ConfigurationError: The environment has no camera, or a number is too small.
-        FrobsError: The environment cannot be built, or this machine cannot render.
+    Raises ConfigurationError if the environment has no camera, or a number is too small.
     """
     for name, values in (("num_envs", num_envs), ("sizes", sizes)):
         for value in values:

@@ -24,18 +24,7 @@ _DPI = 100
 def draw_camera_sheet(id: str, keywords: Mapping[str, Any], path: Path | str) -> Path:
     """Draw what each camera sees after the first reset, above the picture that a policy would get, as one PNG image.
 
-    Args:
-        id: Environment ID.
-        keywords: Keywords of the environment, such as ``robot`` and ``simulator``.
-        path: PNG file to write.
-
-    Returns:
-        Path of the PNG file.
-
-    Raises:
-        ConfigurationError: The environment has no camera, or the file name does not end in ``.png``.
-        MissingDependencyError: matplotlib is not installed.
-        FrobsError: The environment cannot be built, or this machine cannot render.
+    Raises ConfigurationError if the environment has no camera.
     """
     target = Path(path)
     figure_class, canvas_class = png_classes("cameras", target)

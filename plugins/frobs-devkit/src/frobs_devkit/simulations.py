@@ -23,15 +23,9 @@ def simulate(
     physics_timestep: float = TIMESTEP,
     num_threads: int = 0,
 ) -> Iterator[tuple[Simulation, RobotHandle]]:
-    """Build and reset a simulation of one robot, and close the simulation at the end of the ``with`` block.
+    """Build and reset a simulation of one robot, ``"robot"``, and close it at the end of the ``with`` block.
 
-    Args:
-        simulator: Record of the simulator.
-        placement: Placement of the robot, whose name in the simulation is ``"robot"``.
-        scene: The scene, with its props.
-        num_envs: Number of environments.
-        physics_timestep: Duration of one physics step [s].
-        num_threads: Number of threads, or 0 for the simulator's default.
+    The default number of threads, 0, is the simulator's default. The ``physics_timestep`` is in seconds.
     """
     made: Simulation = simulator.load()(
         scene.all_robots({"robot": placement}),

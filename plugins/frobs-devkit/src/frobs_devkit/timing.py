@@ -18,10 +18,7 @@ class Stopwatch:
     """Stopwatch that measures the time spent in methods of arbitrary objects, grouped by part.
 
     If a timed method calls a timed method of another part, the time of the inner call counts only toward the inner
-    part.
-
-    Attributes:
-        times: For each part, the time of each call [s], excluding nested calls to other parts.
+    part. ``times`` contains the time of each call [s] for each part.
     """
 
     def __init__(self) -> None:
@@ -29,13 +26,9 @@ class Stopwatch:
         self._open: list[tuple[str, list[float]]] = []  # calls in progress, each with the times of its nested calls
 
     def watch(self, part: str, owner: Any, method: str, *, wait: bool = False) -> None:
-        """Replace an object's method with a wrapper that measures the time of each call.
+        """Replace a method of ``owner`` with a wrapper that adds the time of each call to a part.
 
-        Args:
-            part: Name of the part to which the time is added.
-            owner: The object whose method is replaced.
-            method: Name of the method.
-            wait: Whether to wait for computations that JAX or CUDA performs in the background.
+        With ``wait``, the time includes computations that JAX or CUDA performs in the background.
         """
         original: Callable[..., Any] = getattr(owner, method)
         times = self.times.setdefault(part, [])

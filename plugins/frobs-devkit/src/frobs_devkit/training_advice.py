@@ -39,12 +39,7 @@ _CHANGES_LEARNING = "This setting also affects the learned policy, so evaluate t
 
 
 def advise(config: RunConfig, measured: MeasuredTraining) -> dict[str, str]:
-    """Return advice for each setting that is worth changing or that limits the speed.
-
-    Args:
-        config: The configuration.
-        measured: Measured times of the training run with this configuration.
-    """
+    """Return advice for each setting that is worth changing or that limits the speed, given the measured times."""
     advice: dict[str, str | None] = {}
     if _can_matter(measured, SIMULATION):
         advice["num_envs"] = _advise_num_envs(config, measured)
@@ -56,13 +51,7 @@ def advise(config: RunConfig, measured: MeasuredTraining) -> dict[str, str]:
 
 
 def time_steps(config: RunConfig, num_envs: int, threads: int | None = None) -> float:
-    """Return the median time of a vector environment step [s].
-
-    Args:
-        config: The configuration of the training run.
-        num_envs: Number of environments in the vector environment.
-        threads: Number of simulator threads. Defaults to the configured number.
-    """
+    """Return the median time of a vector environment step [s], with the configured or another number of threads."""
     changes: dict[str, Any] = {"num_envs": num_envs, "reset_from": None}
     if threads is not None:
         changes["threads"] = config.threads.model_copy(update={"simulator": threads})

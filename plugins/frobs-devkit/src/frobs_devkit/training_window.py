@@ -25,23 +25,14 @@ _LONGEST_WARM_UP = 30.0
 
 @dataclass(frozen=True)
 class MeasuredTraining:
-    """Times of the measured iterations of a training run.
+    """Times of the measured iterations of a training run."""
 
-    Attributes:
-        steps: Number of measured environment steps, summed over all environments.
-        seconds: Time of the measured steps [s].
-        parts: Time of each part [s]. The times add up to ``seconds``.
-        calls: Times of all timed calls [s], for each part with timed methods.
-        checkpoint_seconds: Time to save the algorithm once [s].
-        uses_torch: Whether the updates change PyTorch parameters.
-    """
-
-    steps: int
-    seconds: float
-    parts: dict[str, float]
-    calls: dict[str, list[float]]
-    checkpoint_seconds: float
-    uses_torch: bool
+    steps: int  # environment steps, summed over all environments
+    seconds: float  # time of these steps [s]
+    parts: dict[str, float]  # time of each part [s]; the times add up to ``seconds``
+    calls: dict[str, list[float]]  # times of all timed calls [s], for each part with timed methods
+    checkpoint_seconds: float  # time to save the algorithm once [s]
+    uses_torch: bool  # whether the updates change PyTorch parameters
 
     def per_step(self, part: str | None = None) -> float:
         """Return the time per environment step of one part, or of all parts together [s]."""
@@ -53,13 +44,9 @@ def measure_training(
 ) -> MeasuredTraining:
     """Train in memory until enough steps have been measured, and return the times.
 
-    Args:
-        config: Configuration returned by :func:`frobs_train.resolve_config`.
-        steps: Number of environment steps to measure, rounded up to whole iterations. Defaults to the number of
-            steps that fit into ``seconds``.
-        seconds: Duration of the measurement [s] if ``steps`` is None. At least two iterations are measured.
-        limit: Time limit for the training run, including the warm-up [s]. The run ends with the first round of updates
-            after this time. If the limit is reached during the warm-up, the result includes the warm-up.
+    The measurement takes ``steps``, rounded up to whole iterations, or else some ``seconds`` and at least two
+    iterations. The run ends with the first round of updates after the ``limit`` [s], which includes the warm-up. If the
+    limit is reached during the warm-up, so does the result.
     """
     made = prepare_training(config)
     with closing(made.env):

@@ -56,10 +56,7 @@ def _location(error: Exception) -> str:
 class CheckedEnv(gym.Wrapper[Any, Any, Any, Any]):
     """Wrapper that checks the results of the first reset and the first step against Gymnasium's interface.
 
-    Args:
-        env: A single environment with all its wrappers.
-        environment: Gymnasium ID.
-        warned: Methods for which a warning has been logged. Environments of the same ID can share this set.
+    Environments of the same ID can share the set ``warned``, the methods for which a warning has been logged.
     """
 
     def __init__(self, env: gym.Env[Any, Any], environment: str, warned: set[str] | None = None) -> None:
@@ -192,12 +189,10 @@ class EpisodeChecks:
             self._reject(place)
 
     def check_final(self, final: Any, ids: npt.NDArray[np.intp]) -> None:
-        """Check the last observations of episodes in the environments with the given indices.
+        """Check the last observations of episodes in the environments with the indices ``ids``, (n,).
 
-        Args:
-            final: Last observations, as an object array (num_envs,), in which the environments' values may differ in
-                type, or as a batch (num_envs, …).
-            ids: Indices of the environments, (n,).
+        They are an object array (num_envs,), in which the environments' values may differ in type, or a batch
+        (num_envs, …).
         """
         single = isinstance(final, np.ndarray) and final.dtype == object
         for row in ids.tolist() if single else []:
@@ -240,11 +235,9 @@ class EpisodeChecks:
 
 
 def first_not_finite(values: Any, batched: bool = True) -> Place | None:
-    """Return the location of the first number that is not finite, or None.
+    """Return the location of the first number that is not finite in an array, dictionary or tuple, or None.
 
-    Args:
-        values: Array, or dictionary or tuple of arrays, with the environments along the first axis.
-        batched: Whether the arrays have an axis of environments. If False, the row of the result is 0.
+    If the arrays are not batched, they have no axis of environments, and the row of the result is 0.
     """
     if isinstance(values, dict | tuple):
         for key, part in values.items() if isinstance(values, dict) else enumerate(values):

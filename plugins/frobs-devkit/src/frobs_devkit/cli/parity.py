@@ -186,15 +186,9 @@ _MEMORY = 2 * 2**30  # [B] for Python and the engines
 
 
 def certification_job(environment: str, simulators: Sequence[str], folder: Path, **keywords: Any) -> Job:
-    """Return a job that writes an environment's certificate.
+    """Return a job that writes an environment's certificate to a folder, with keywords of ``measure_parity``.
 
     The job's result is a mapping with ``folder`` and the entries of :meth:`frobs_devkit.parity.Certificate.to_dict`.
-
-    Args:
-        environment: Gymnasium ID.
-        simulators: Names of the simulators, starting with the reference.
-        folder: Folder of the certificate.
-        keywords: Additional keyword arguments of :func:`frobs_devkit.parity.measure_parity`.
     """
     return Job(
         name=environment,
@@ -225,14 +219,7 @@ def certify(
 
 
 def certify_and_report(jobs: Sequence[Job], runner: Runner, folder: Path, *, json: bool) -> bool:
-    """Certify several environments, print one row per environment, and return whether all of them passed.
-
-    Args:
-        jobs: Jobs created by :func:`certification_job`.
-        runner: Runner that executes the jobs.
-        folder: Existing folder that will contain the folder of each certificate.
-        json: Whether to write JSON, and nothing else, to stdout.
-    """
+    """Run certification jobs, print one row per environment, and return whether all environments passed."""
     with only_json(json):
         outcomes = collect_outcomes(
             [job.name for job in jobs],

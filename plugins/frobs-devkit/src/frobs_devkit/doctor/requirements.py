@@ -13,15 +13,10 @@ from frobs_core.util.install_hints import local_install_hint
 
 @dataclass(frozen=True)
 class Missing:
-    """A requirement that is not met.
+    """A requirement that is not met."""
 
-    Attributes:
-        requirement: Requirement in the distribution's metadata, such as ``"mujoco>=4.0"``.
-        installed: Installed version, or ``""`` if the package is not installed.
-    """
-
-    requirement: str
-    installed: str
+    requirement: str  # as in the distribution's metadata, such as "mujoco>=4.0"
+    installed: str  # installed version, or ""
 
     @property
     def command(self) -> str:

@@ -33,13 +33,10 @@ _REASONS = {
 
 
 def robot_file_text(report: RobotReport, robot: str, settings: Mapping[str, Any], file: Path) -> str:
-    """Return the text of a robot file.
+    """Return the text of a robot file for a robot, which is a name or a model file.
 
-    Args:
-        report: Report on the robot.
-        robot: Name or model file of the robot.
-        settings: Settings of the robot: ``xacro_args``, ``package_paths``, ``attach``.
-        file: Path of the robot file. Paths in the text are relative to its folder.
+    The settings are ``xacro_args``, ``package_paths`` and ``attach``. Paths in the text are relative to the folder of
+    the robot file.
     """
     lines = [_HEAD.format(name=file.name), f"robot: {to_json(_relative(robot, file))}"]
     for name, value in settings.items():

@@ -25,13 +25,7 @@ _DEEP = 1e-4  # [m] smaller overlaps between links are not reported
 def simulator_facts(
     model: RobotModel, names: Sequence[str] = (), home: Mapping[str, float] | None = None
 ) -> tuple[SimulatorFacts, ...]:
-    """Return the facts about each simulator to check.
-
-    Args:
-        model: Model of the robot.
-        names: Names of the simulators to check. Defaults to all installed simulators that are not paced.
-        home: Home position by joint name [rad or m], in the form that :class:`~frobs_core.description.Robot` accepts.
-    """
+    """Return the facts about the named simulators, or about all installed simulators that are not paced."""
     for name in names:
         plugins.get_record("simulator", name)
     installed = plugins.records("simulator").items()

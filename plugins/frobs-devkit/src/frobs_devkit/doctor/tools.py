@@ -19,9 +19,7 @@ _SLIDE = 1.0  # [m] range in both directions for a prismatic joint without limit
 def tool_candidates(model: RobotModel, tcp: str | None = None) -> tuple[ToolCandidate, ...]:
     """Return the links at the ends of kinematic chains and the links with common tool names, most likely first.
 
-    Args:
-        model: Model of the robot.
-        tcp: Tool center point declared in the robot's description, or None for the default.
+    The ``tcp`` is declared in the robot's description, or None.
     """
     parents = {joint.parent for joint in model.joints}
     moving, chosen, drawn = set(model.joint_names), tcp or default_tcp(model), _random_positions(model)

@@ -17,12 +17,7 @@ from frobs_core.util.files import write_aside, write_json
 
 
 class ActionFileError(ConfigurationError):
-    """An action file cannot be read, or does not match the environment.
-
-    Args:
-        path: Path of the action file.
-        reason: Description of the problem, and how to fix it.
-    """
+    """An action file cannot be read, or does not match the environment. The reason says how to fix it."""
 
     def __init__(self, path: Path | str, reason: str) -> None:
         self.path = Path(path)
@@ -106,17 +101,9 @@ def read_actions(path: Path) -> ActionFile:
 
 
 def check_actions(file: ActionFile, env: RobotEnv, id: str, controller: str, where: str) -> None:
-    """Check that an action file matches an environment.
+    """Raise ActionFileError unless an action file matches an environment with the given ID and controller.
 
-    Args:
-        file: The action file.
-        env: Environment for the replay.
-        id: ID of the environment.
-        controller: Name of the environment's controller.
-        where: File or other source of the actions, as named in error messages.
-
-    Raises:
-        ConfigurationError: The ID, the controller, the shape or a value does not match the environment.
+    The error message begins with ``where``, the file or other source of the actions.
     """
     space, actions = env.action_space, file.actions
     if file.id.removeprefix("frobs_core:") != id.removeprefix("frobs_core:"):
@@ -151,12 +138,7 @@ def check_actions(file: ActionFile, env: RobotEnv, id: str, controller: str, whe
 def smooth_actions(space: gym.Space[Any], steps: int, seed: int) -> np.ndarray[Any, Any]:
     """Return oscillating actions (steps, …) for a ``Box`` space, or random actions for any other space.
 
-    Each element of the actions oscillates with a different period.
-
-    Args:
-        space: Action space of a single environment.
-        steps: Number of actions, at least 1.
-        seed: Seed for the periods, or for the random actions.
+    Each element of the actions oscillates with a different period, which is drawn with the seed.
     """
     if not isinstance(space, gym.spaces.Box):
         space.seed(seed)

@@ -50,21 +50,13 @@ _FRICTIONS = {
 
 @dataclass(frozen=True)
 class BodyMotion:
-    """Recorded motion of a body.
+    """Recorded motion of a body."""
 
-    Attributes:
-        times: Times since the start, (samples,) [s].
-        lowest: Heights of the body's lowest point above the floor, (samples,) [m].
-        distances: Horizontal distances from the start, (samples,) [m].
-        linear_speeds: Linear speeds, (samples,) [m/s].
-        angular_speeds: Angular speeds, (samples,) [rad/s].
-    """
-
-    times: Floats
-    lowest: Floats
-    distances: Floats
-    linear_speeds: Floats
-    angular_speeds: Floats
+    times: Floats  # since the start, (samples,) [s]
+    lowest: Floats  # heights of the body's lowest point above the floor, (samples,) [m]
+    distances: Floats  # horizontal distances from the start, (samples,) [m]
+    linear_speeds: Floats  # (samples,) [m/s]
+    angular_speeds: Floats  # (samples,) [rad/s]
 
 
 def settling(subjects: Sequence[Subject]) -> Measurement:

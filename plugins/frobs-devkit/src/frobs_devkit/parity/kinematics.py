@@ -21,13 +21,7 @@ _UNLIMITED = np.pi  # [rad or m] range on both sides of 0 for joints without lim
 
 
 def forward_kinematics(subjects: Sequence[Subject], poses: int = POSES, seed: int = 0) -> Measurement:
-    """Compare the poses of all links with the model file's forward kinematics, with and without writing joint states.
-
-    Args:
-        subjects: The simulators.
-        poses: Number of random joint vectors within the limits.
-        seed: Seed for the joint vectors.
-    """
+    """Compare the poses of all links with the model file at random joint vectors, given and written as joint states."""
     placement = subjects[0].placement
     model, links = placement.model, [link.name for link in placement.model.links]
     limits = np.array([(j.limits.lower, j.limits.upper) for j in model.actuated_joints]).reshape(-1, 2)

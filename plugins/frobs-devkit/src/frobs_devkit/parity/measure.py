@@ -37,19 +37,12 @@ _LONGEST_REPLAY = 200  # maximum number of generated actions if no action file i
 
 @dataclass(frozen=True)
 class Plan:
-    """Description of a measurement.
+    """Description of a measurement."""
 
-    Attributes:
-        title: Human-readable title.
-        measure: Function that performs the measurement.
-        needs: Capabilities that a simulator must support.
-        environment: Whether the measurement requires a simulator that can run the complete environment.
-    """
-
-    title: str
-    measure: Callable[[Sequence[Subject]], Measurement]
-    needs: tuple[str, ...] = ()
-    environment: bool = False
+    title: str  # human-readable
+    measure: Callable[[Sequence[Subject]], Measurement]  # performs the measurement
+    needs: tuple[str, ...] = ()  # capabilities that a simulator must support
+    environment: bool = False  # whether a simulator must run the complete environment
 
 
 def measure_parity(

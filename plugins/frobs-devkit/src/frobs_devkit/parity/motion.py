@@ -20,19 +20,12 @@ _INSIDE = 0.1  # minimum distance between the start and the joint limits, as a f
 
 @dataclass(frozen=True)
 class Motion:
-    """Recorded motion of the joints.
+    """Recorded motion of the joints. The first sample is taken after one sampling period."""
 
-    Attributes:
-        times: Times since the start, (samples,) [s]. The first sample is taken after one sampling period.
-        positions: Joint positions, (samples, dof) [rad or m].
-        velocities: Joint velocities, (samples, dof) [rad/s or m/s].
-        efforts: Joint efforts, (samples, dof) [N·m or N].
-    """
-
-    times: Floats
-    positions: Floats
-    velocities: Floats
-    efforts: Floats
+    times: Floats  # since the start, (samples,) [s]
+    positions: Floats  # (samples, dof) [rad or m]
+    velocities: Floats  # (samples, dof) [rad/s or m/s]
+    efforts: Floats  # (samples, dof) [N·m or N]
 
     def until(self, samples: int) -> Motion:
         """Return the first ``samples`` samples."""
@@ -61,13 +54,8 @@ def _limits(subject: Subject, share: float) -> tuple[Floats, Floats]:
 def record(subject: Subject, placement: Placement, commands: Floats, duration: float, period: float) -> list[Motion]:
     """Record the motion for each command sequence, starting from :func:`start_positions`.
 
-    Args:
-        subject: The simulator.
-        placement: Placement in which the robot moves without contacts.
-        commands: Commands, (motions, phases, dof). All phases have the same duration. Position commands are relative to
-            the start positions.
-        duration: Duration of each motion [s].
-        period: Time between two samples [s], which must be a multiple of the subject's ``physics_timestep``.
+    The ``commands`` (motions, phases, dof) have phases of the same duration. Position commands are relative to the
+    start positions. The sampling ``period`` [s] must be a multiple of the subject's ``physics_timestep``.
     """
     steps, samples = max(1, round(period / subject.physics_timestep)), round(duration / period)
     motions = []
@@ -97,13 +85,10 @@ def differences(reference: Sequence[Motion], other: Sequence[Motion]) -> Floats:
 
 
 def apart(found: Floats, expected: Floats, samples: int) -> Floats:
-    """Return the distance (n,) between each sample and the range of the expected values near this sample.
+    """Return the distance (n,) between each recorded value (n,) and the range of the expected values (n,) near it.
 
-    Args:
-        found: Recorded values, (n,).
-        expected: Expected values, (n,).
-        samples: Number of expected values before and after each sample that the range includes. With 0, the function
-            returns the absolute differences.
+    The range includes ``samples`` expected values before and after each sample. With 0, these are the absolute
+    differences.
     """
     around = np.lib.stride_tricks.sliding_window_view(np.pad(expected, samples, mode="edge"), 2 * samples + 1)
     error: Floats = np.maximum(np.maximum(around.min(axis=-1) - found, found - around.max(axis=-1)), 0.0)

@@ -16,13 +16,8 @@ _TOGETHER = 64  # number of environments stepped as one batch, if all simulators
 def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> Measurement:
     """Compare the success rates of an unmodified policy on all simulators, in the same episodes.
 
-    All simulators step the same number of environments as one batch, so that the episodes have the same goals.
-
-    Args:
-        subjects: The simulators, starting with the reference.
-        run: The run, or a policy opened by :func:`frobs_train.open_policy`. The results of a run are also written to
-            the run's ``evaluations/`` folder.
-        episodes: Number of episodes, at least 1.
+    All simulators step the same number of environments as one batch, so that the episodes have the same goals. The
+    results of a run are also written to the run's ``evaluations/`` folder.
     """
     batched = all(subject.level("batched") > Level.UNSUPPORTED for subject in subjects)
     together = min(episodes, _TOGETHER) if batched else 1

@@ -138,19 +138,10 @@ def judge(
     where: str = "",
     unit: str = "",
 ) -> Comparison:
-    """Compare the largest error with its tolerance. An error of NaN fails the comparison.
+    """Compare the largest of the absolute errors (any shape) with a tolerance. An error of NaN fails the comparison.
 
-    Args:
-        tolerance_name: Key of ``TOLERANCES``.
-        quantity: Name of the quantity.
-        simulator: Name of the simulator that is compared with the reference.
-        against: Name of the reference.
-        errors: Absolute differences, of any shape.
-        exact: Whether the exact tolerance applies, which depends on the capability levels that both simulators claim.
-        scale: Factor that scales a relative approximate tolerance.
-        least: Lower bound of an approximate tolerance, in ``unit``.
-        where: Joint, frame or time of the largest error.
-        unit: Unit to use instead of the tolerance's unit.
+    ``exact`` depends on the capability levels that both simulators claim. ``scale`` multiplies a relative approximate
+    tolerance, and ``least`` is the lower bound of an approximate one, in ``unit``, which replaces the tolerance's unit.
     """
     tolerance = TOLERANCES[tolerance_name]
     allowed = tolerance.allowed(exact, scale) if exact else max(tolerance.allowed(exact, scale), least)

@@ -18,15 +18,10 @@ _STANDS = 1e-6  # minimum range of a term that is worth comparing
 
 
 def rewards(subjects: Sequence[Subject], episodes: int = EPISODES, seed: int = 0) -> Measurement:
-    """Compare the reward and its terms in episodes with random actions.
+    """Compare the reward and its terms in episodes with random actions. Each episode has a different seed.
 
     Many episodes are tried on the reference, and the episodes in which the terms vary most are compared. A reward for
     the last centimeters, for example, does not vary while the robot is far from the goal.
-
-    Args:
-        subjects: The simulators, starting with the reference.
-        episodes: Number of episodes to compare. Each episode has a different seed and therefore a different goal.
-        seed: Seed for the first episode and for the random actions.
     """
     reference = subjects[0]
     steps = min(reference.max_episode_steps, _MOST_STEPS)

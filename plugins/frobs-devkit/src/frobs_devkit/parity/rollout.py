@@ -21,24 +21,14 @@ _SAME = 1e-9  # [rad or m] maximum difference between two motions that are consi
 
 @dataclass(frozen=True)
 class Rollout:
-    """Recorded data of one episode.
+    """Recorded data of one episode."""
 
-    Attributes:
-        times: Times, (steps + 1,) [s], starting with the reset.
-        joints: Joint positions, (steps + 1, dof) [rad or m].
-        tool: Tool positions in the world frame, (steps + 1, 3) [m].
-        rewards: The total ``"reward"`` and all reward terms by name, (steps,) each.
-        ended: Whether the episode terminated, or the simulation diverged.
-        commands: Commands from the controller to the drives, (steps, rows, dof). A command that is held during a step
-            has only one row.
-    """
-
-    times: Floats
-    joints: Floats
-    tool: Floats
-    rewards: dict[str, Floats]
-    ended: bool
-    commands: Floats
+    times: Floats  # (steps + 1,) [s], starting with the reset
+    joints: Floats  # joint positions, (steps + 1, dof) [rad or m]
+    tool: Floats  # tool positions in the world frame, (steps + 1, 3) [m]
+    rewards: dict[str, Floats]  # the total "reward" and all reward terms by name, (steps,) each
+    ended: bool  # whether the episode terminated, or the simulation diverged
+    commands: Floats  # from the controller, (steps, rows, dof); a command that is held during a step has one row
 
     @property
     def steps(self) -> int:

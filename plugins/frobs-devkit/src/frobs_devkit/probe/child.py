@@ -52,14 +52,10 @@ def state() -> dict[str, object]:
 
 
 def main(module: str, key: str, findings: Path, seconds: float) -> None:
-    """Import a plugin, call its hooks, and write the findings to a file.
+    """Import a plugin ``"distribution:name"``, call its hooks, and write the findings to a JSON file.
 
-    Args:
-        module: Module that the plugin's entry point names.
-        key: ``"distribution:name"``.
-        findings: JSON file to write. If the import hangs, its stack trace is written to the same path with the suffix
-            ``.hangs``.
-        seconds: Time limit [s], after which the process writes its stack trace and exits.
+    If the import takes longer than ``seconds``, the process writes its stack trace to the same path with the suffix
+    ``.hangs`` and exits.
     """
     acts: list[str] = []
     importing = True

@@ -17,19 +17,12 @@ _ELEVATION = 17.0  # [deg]
 
 @dataclass(frozen=True)
 class View:
-    """A camera view, and the size of its image.
+    """A camera view, and the size of its image."""
 
-    Attributes:
-        pos: Camera position in the world frame, (3,) [m].
-        axes: Right, up and back directions of the camera, as the rows of a (3, 3) matrix.
-        size: Image size (height, width) [pixels].
-        scale: Approximate image scale [pixels/m].
-    """
-
-    pos: Floats
-    axes: Floats
-    size: tuple[int, int]
-    scale: float
+    pos: Floats  # camera position in the world frame, (3,) [m]
+    axes: Floats  # right, up and back directions of the camera, as rows, (3, 3)
+    size: tuple[int, int]  # height and width [pixels]
+    scale: float  # approximate image scale [pixels/m]
 
     @property
     def camera(self) -> Camera:
@@ -48,12 +41,9 @@ class View:
 
 
 def frame(points: Floats, size: tuple[int, int], fill: tuple[float, float]) -> View:
-    """Return the closest view that shows all points.
+    """Return the closest view that shows all points (n, 3) [m] in the world frame.
 
-    Args:
-        points: Points in the world frame, (n, 3) [m].
-        size: Image size (height, width) [pixels].
-        fill: Fractions of the image height and width that the points may occupy.
+    The image has a size (height, width) [pixels], and the points may ``fill`` these fractions of its height and width.
     """
     azimuth, elevation = math.radians(_AZIMUTH), math.radians(_ELEVATION)
     back = np.array(

@@ -17,17 +17,11 @@ _SLIDE = 0.5  # [m] range in both directions for a prismatic joint without limit
 
 @dataclass(frozen=True)
 class Shot:
-    """One image of a robot sheet.
+    """One image of a robot sheet."""
 
-    Attributes:
-        title: Title of the tile. Both shots of a joint have the same title.
-        caption: Text in a corner of the image. May be empty.
-        joint_positions: Positions of the actuated joints, (dof,) [rad or m].
-    """
-
-    title: str
-    caption: str
-    joint_positions: Floats
+    title: str  # of the tile; both shots of a joint have the same title
+    caption: str  # text in a corner of the image, or empty
+    joint_positions: Floats  # (dof,) [rad or m]
 
 
 @dataclass(frozen=True)
@@ -53,13 +47,7 @@ class Shots:
 
 
 def choose_shots(model: RobotModel, home: Mapping[str, float], most: int) -> Shots:
-    """Choose the images of a robot sheet.
-
-    Args:
-        model: Model of the robot.
-        home: Home position of each joint, by joint name [rad or m].
-        most: Maximum number of joints that are shown individually.
-    """
+    """Choose the images of a robot sheet, with at most ``most`` joints that are shown individually."""
     rest = home_positions(model, home)
     joints = model.actuated_joints
     poses = [Shot("home", "", rest)]

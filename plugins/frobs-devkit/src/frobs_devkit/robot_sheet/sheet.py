@@ -75,16 +75,7 @@ def draw_robot_sheet(robot: Robot, model: RobotModel, path: Path | str, simulato
 
 
 def png_classes(option: str, target: Path) -> tuple[type[Figure], type[Any]]:
-    """Return matplotlib's classes of figures and of canvases for a PNG file.
-
-    Args:
-        option: Name of the option that names the file, for errors.
-        target: The file.
-
-    Raises:
-        ParameterValueError: The file name does not end in ``.png``.
-        MissingDependencyError: matplotlib is not installed.
-    """
+    """Return matplotlib's classes of figures and of canvases for the PNG file ``target``, which an option names."""
     if target.suffix.lower() != ".png":
         raise ParameterValueError(option, str(target), "a file name that ends in .png")
     try:

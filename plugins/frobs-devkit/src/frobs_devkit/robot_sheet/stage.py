@@ -30,29 +30,18 @@ _STONE = (0.42, 0.44, 0.48, 1.0)
 
 @dataclass(frozen=True)
 class Tile:
-    """A rendered image.
+    """A rendered image."""
 
-    Attributes:
-        shot: The shot that the image shows.
-        picture: The image, (h, w, 3) uint8.
-        joints: Positions of the actuated joints in the image, (dof, 2) [pixels].
-        tool: Positions of the tool frame's origin and axis ends in the image, (4, 2) [pixels].
-    """
-
-    shot: Shot
-    picture: np.ndarray[Any, Any]
-    joints: Floats
-    tool: Floats
+    shot: Shot  # shot that the image shows
+    picture: np.ndarray[Any, Any]  # (h, w, 3) uint8
+    joints: Floats  # positions of the actuated joints in the image, (dof, 2) [pixels]
+    tool: Floats  # origin and axis ends of the tool frame, (4, 2) [pixels]
 
 
 class Stage:
-    """A scene with a robot that stands on a pedestal, or on its own feet or wheels.
+    """A scene with a robot that stands on a pedestal, or on its own feet or wheels, for all shots to render.
 
-    Args:
-        robot: Description of the robot.
-        model: The parsed model file.
-        shots: All shots to render.
-        simulator: Name of the simulator to render with. Defaults to the first simulator that can render.
+    The default simulator is the first that can render.
     """
 
     def __init__(self, robot: Robot, model: RobotModel, shots: Sequence[Shot], simulator: str | None) -> None:

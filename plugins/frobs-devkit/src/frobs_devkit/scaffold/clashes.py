@@ -17,14 +17,9 @@ from frobs_devkit.scaffold.errors import NameTakenError
 
 
 def check_clashes(context: Mapping[str, str]) -> None:
-    """Check that a new plugin's names are unused and that a new task's robot is installed and suitable.
+    """Raise an error unless a new plugin's names are unused, and a new task's robot is installed and suitable.
 
-    Args:
-        context: The answers, together with the values that ``cookiecutter.json`` derives from the answers.
-
-    Raises:
-        ConfigurationError: A name is already in use, or the robot of a new task is unsuitable.
-        UnknownNameError: The robot of a new task is not installed.
+    The context contains the answers, and the values that ``cookiecutter.json`` derives from the answers.
     """
     for distribution in context["__distributions"].split():
         with suppress(PackageNotFoundError):

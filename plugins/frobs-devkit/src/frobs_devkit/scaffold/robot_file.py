@@ -67,9 +67,7 @@ class RobotFacts:
 def facts_for(context: Mapping[str, Any]) -> RobotFacts:
     """Derive the data for a robot's description from the model file that the answers specify.
 
-    Args:
-        context: The answers. If cookiecutter asked the questions, a relative model file path is relative to
-            cookiecutter's output folder.
+    If cookiecutter asked the questions, a relative path is relative to cookiecutter's output folder.
     """
     file = Path(context.get("_output_dir", ""), Path(context["robot_file"]).expanduser())
     keys = ("name", "tcp", "xacro_args", "package_paths", "failing_checks")
@@ -88,21 +86,10 @@ def facts_of(
 ) -> RobotFacts:
     """Derive the data for a robot's description from its model file.
 
-    Args:
-        robot_file: A URDF, xacro or MJCF file.
-        name: Name of the robot.
-        tcp: Link of the tool center point. If empty, the most likely link is chosen.
-        xacro_args: Arguments for xacro, such as ``"a:=1 b:=2"``.
-        package_paths: ROS package folders as ``"FOLDER"`` or ``"NAME=FOLDER"``, separated like the entries of the
-            environment variable ``PATH``.
-        failing_checks: How to handle failing conformance checks: ``"reject"`` raises an error, and ``"expect"`` marks
-            the failures as expected in the plugin's tests.
-
-    Raises:
-        ModelFileError: The model file cannot be read.
-        AnswerError: The doctor finds an error, an essential conformance check fails, or any conformance check fails
-            and ``failing_checks`` is ``"reject"``.
-        UnknownNameError: ``tcp`` is not a link.
+    The arguments are answers to the questions: without a ``tcp``, the most likely link is chosen, ``xacro_args`` are
+    such as ``"a:=1 b:=2"``, and ``package_paths`` are separated like the entries of ``PATH``. Failing conformance
+    checks raise an AnswerError, unless ``failing_checks`` is ``"expect"``. Errors of the doctor and essential checks
+    always do.
     """
     from frobs_cli import model_options
     from frobs_devkit.doctor import Severity, examine_robot
@@ -184,9 +171,8 @@ def _describe_gripper(robot: Robot, facts: RobotReport) -> Robot:
 def find_license(file: Path) -> tuple[str, str]:
     """Return a sentence about the location of a model file's license, and the license text.
 
-    Args:
-        file: The model file. The search for a license starts in the model file's folder and continues through at most
-            four parent folders, up to the root of the repository.
+    The search starts in the file's folder and continues through at most four parent folders, up to the repository's
+    root.
     """
     declared = ""
     for folder in list(file.resolve().parents)[:_LICENSE_FOLDERS]:

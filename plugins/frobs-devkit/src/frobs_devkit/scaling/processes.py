@@ -35,13 +35,9 @@ _VARIABLES = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # NumPy's ow
 
 
 def measure_processes(config: RunConfig, sweep: str, processes: int, seconds: float) -> ScalingPoint:
-    """Measure processes on this machine that step environments at the same time.
+    """Measure processes on this machine that step environments at the same time, for some ``seconds``.
 
-    Args:
-        config: Configuration whose ``num_envs`` and ``threads`` apply to each process.
-        sweep: Name of the sweep that the result belongs to.
-        processes: Number of processes.
-        seconds: Time to measure [s].
+    The configuration's ``num_envs`` and ``threads`` apply to each process.
     """
     with TemporaryDirectory() as name:
         folder = Path(name)
@@ -55,15 +51,10 @@ def measure_processes(config: RunConfig, sweep: str, processes: int, seconds: fl
 def measure_cluster(
     config: RunConfig, processes: int, seconds: float, runner: Runner, folder: Path, memory: int
 ) -> ScalingPoint:
-    """Measure processes on a cluster. Each process is a job with one processor.
+    """Measure processes on a cluster for some ``seconds``. Each process is a job with one processor and ``memory`` [B].
 
-    Args:
-        config: Configuration whose ``num_envs`` and ``threads`` apply to each process.
-        processes: Number of processes.
-        seconds: Time to measure [s].
-        runner: Runner that executes the jobs at the same time.
-        folder: Empty folder that has the same path on all machines.
-        memory: Memory required by each process [B].
+    The configuration's ``num_envs`` and ``threads`` apply to each process. The empty ``folder`` has the same path on
+    all machines.
     """
     jobs = []
     for index in range(processes):
@@ -119,12 +110,8 @@ def summarize(
 def window_rates(stamps: Sequence[Sequence[tuple[float, int]]], windows: int = _WINDOWS) -> list[float]:
     """Return the total steps per second of all processes, in each of several time windows.
 
-    The windows divide the time during which all processes were stepping.
-
-    Args:
-        stamps: For each process, pairs of the time [s] and the number of steps completed by then.
-        windows: Maximum number of windows. Fewer windows are used if steps are slow, so that each window contains a
-            step.
+    The windows divide the time during which all processes were stepping. There are fewer if steps are slow, so that
+    each window contains a step. Each process has stamps: pairs of a time [s] and the number of steps completed by then.
     """
     begin, end = max(each[0][0] for each in stamps), min(each[-1][0] for each in stamps)
     longest = max(float(np.max(np.diff([moment for moment, _ in each]))) for each in stamps)

@@ -143,12 +143,9 @@ def second_close() -> Iterator[None]:
 
 @contextmanager
 def expect_raises(kind: type[Exception] | tuple[type[Exception], ...], what: str, naming: str = "") -> Iterator[None]:
-    """Raise CheckFailure unless the ``with`` block raises ``kind``.
+    """Raise CheckFailure unless the ``with`` block raises a certain error, whose message contains ``naming``.
 
-    Args:
-        kind: Expected exception class, or a tuple of alternative classes.
-        what: Description of the operation that must raise, used at the beginning of the failure message.
-        naming: Text that the raised exception's message must contain.
+    The failure message begins with ``what``, the operation that must raise.
     """
     name = (kind if isinstance(kind, type) else kind[0]).__name__
     try:

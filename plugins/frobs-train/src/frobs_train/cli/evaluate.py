@@ -120,13 +120,7 @@ def summary(found: Evaluation) -> dict[str, object]:
 
 
 def evaluate_and_report(jobs: Sequence[Job], runner: Runner, *, json: bool) -> None:
-    """Evaluate several policies, and print a table with one row per policy.
-
-    Args:
-        jobs: Jobs created by :func:`frobs_train.runners.jobs.evaluation_job`.
-        runner: Runner that runs the jobs.
-        json: Whether to write only JSON to stdout.
-    """
+    """Run evaluation jobs, and print a table with one row per policy."""
     from frobs_train.runners.runner import raise_failures
 
     with only_json(json):

@@ -20,13 +20,8 @@ _LINE_EVERY = 10.0
 class TrainingProgress:
     """Context manager that shows the steps, speed, success, reward and remaining time of a training run.
 
-    Args:
-        headline: Description of the training run. The description is printed only after training has begun, so invalid
-            input produces only an error message.
-        total_steps: Total number of environment steps.
-
-    Attributes:
-        last: The latest progress, or None before the first report.
+    The headline is printed only after training has begun, so invalid input produces only an error message. ``last`` is
+    the latest progress, or None before the first report.
     """
 
     def __init__(self, headline: str, total_steps: int) -> None:

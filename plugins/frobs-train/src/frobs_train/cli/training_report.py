@@ -28,12 +28,7 @@ def report_training(
 ) -> None:
     """Train while showing a live progress bar, and print the result.
 
-    Args:
-        headline: Description of the training run.
-        total_steps: Total number of environment steps.
-        train: Function that trains a policy. The function receives a callback, and calls this callback with the
-            progress after each log row.
-        json: Whether to write only JSON to stdout.
+    The function ``train`` receives a callback, which it calls with the progress after each log row.
     """
     with only_json(json), TrainingProgress(headline, total_steps) as progress:
         run = train(progress.update)
@@ -76,13 +71,7 @@ def describe_fit(config: RunConfig) -> Iterator[str]:
 
 
 def describe_training(config: RunConfig, begun: str, where: str) -> str:
-    """Return a one-line description of a training run and its threads.
-
-    Args:
-        config: Resolved configuration.
-        begun: ``"training"`` or ``"resuming"``.
-        where: The run folder.
-    """
+    """Return one line about a training run and its threads, which begins with ``"training"`` or ``"resuming"``."""
     from frobs_train import decide_threads
 
     seed = "a random seed" if config.seed is None else f"seed {config.seed}"

@@ -57,14 +57,7 @@ def probability_of_improvement(first: Floats, second: Floats) -> Estimate:
 
 
 def band(curves: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return the interquartile mean of learning curves over seeds, with the bounds of its 95 % interval.
-
-    Args:
-        curves: One curve per seed, (seeds, points).
-
-    Returns:
-        The interquartile mean, the lower bound and the upper bound, as arrays of shape (points,).
-    """
+    """Return the interquartile mean of curves (seeds, points), and the bounds of its 95 % interval, (points,) each."""
     curves = np.asarray(curves, np.float64)
     rng = np.random.default_rng(_SEED)
     # Resample whole curves, because the points of a curve are correlated.
@@ -75,14 +68,10 @@ def band(curves: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def profile(strata: Sequence[Floats], thresholds: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return a performance profile: the fraction of runs whose result is above each threshold.
+    """Return a performance profile: the fraction of runs whose result is above each of the thresholds (points,).
 
-    Args:
-        strata: Results of the runs of each environment.
-        thresholds: (points,)
-
-    Returns:
-        The fraction, and the bounds of its 95 % stratified bootstrap interval, (points,) each.
+    Each stratum contains the results in one environment. The fraction is followed by the bounds of its 95 % stratified
+    bootstrap interval, (points,) each.
     """
     arrays = [np.asarray(stratum, np.float64) for stratum in strata]
     above = [(array[:, None] > thresholds).astype(np.float64) for array in arrays]

@@ -60,13 +60,7 @@ class Curve:
 def curve_source(logs: Mapping[Path, Columns], metric: str, source: CurveSource | None = None) -> CurveSource:
     """Return what the learning curves of runs show: evaluations if every run has them, unless a source is given.
 
-    Args:
-        logs: Log of each run, by run folder.
-        metric: ``"success"`` or ``"reward"``.
-        source: What they shall show, or None.
-
-    Raises:
-        RunError: The source is evaluations, but a run has none.
+    Raises RunError if the source is evaluations, but the log of a run has none.
     """
     name = f"evaluation/{metric}"
     without = [path for path, columns in logs.items() if not np.isfinite(columns.get(name, np.array([]))).any()]
@@ -91,16 +85,10 @@ def score_run(
     source: CurveSource,
     found: Mapping[str, Any] | None = None,
 ) -> RunScore:
-    """Return the result of a run, taken from an evaluation or from the log.
+    """Return the result of a run, from the fields of an evaluation, the newest evaluation, or else the log.
 
-    Args:
-        run: The run.
-        columns: Log of the run.
-        metric: ``"success"`` or ``"reward"``.
-        threshold: Target value of the metric, or None. The result includes the number of environment steps that the run
-            needs to reach this value.
-        source: Learning curve from which these steps are read.
-        found: Fields of the evaluation from which the result is taken. Defaults to the newest evaluation.
+    If there is a threshold of the metric, the result includes the environment steps at which the learning curve of the
+    given source reaches it.
     """
     assert run.config.seed is not None
     if found is None:
@@ -148,13 +136,7 @@ def curve_column(metric: str, source: CurveSource) -> str:
 
 
 def curve_values(columns: Columns, name: str, over: CurveAxis = "steps") -> tuple[Floats, Floats]:
-    """Return a learning curve of one run: x and y, (points,) each. Values of training are smoothed.
-
-    Args:
-        columns: Log of the run.
-        name: Name of the column with the values.
-        over: What the curve is drawn over.
-    """
+    """Return a learning curve of one run, a column of its log: x and y, (points,) each. Smooth values of training."""
     missing = np.full(len(columns[STEPS]), np.nan)
     x, values = columns.get(_AXES[over], missing), columns.get(name, missing)
     if not name.startswith("evaluation/"):

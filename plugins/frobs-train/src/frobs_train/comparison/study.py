@@ -57,11 +57,7 @@ class Study(BaseModel):
 
 
 def read_study(path: Path | str) -> Study:
-    """Read the YAML file of a study.
-
-    Raises:
-        ConfigFileError: The file contains an unknown key or an invalid value.
-    """
+    """Read the YAML file of a study, or raise ConfigFileError if it has an unknown key or an invalid value."""
     return validate(Study, load_yaml(path), "a study")
 
 
@@ -119,13 +115,9 @@ def run_jobs(
 
 
 def write_study(study: Study, folder: Path) -> tuple[Path, Comparison]:
-    """Compare the runs of a study, and write a page with its tables and pictures.
+    """Compare the runs of a study, write a page with its tables and pictures, and return the page and the comparison.
 
-    Returns:
-        The page, and the comparison.
-
-    Raises:
-        RunError: A run does not exist, or matplotlib is not installed.
+    Raises RunError if a run does not exist, or matplotlib is not installed.
     """
     found = compare([Run.open(path) for path in study_folders(study, folder)])
     plot_comparison(found, folder / "results.png")

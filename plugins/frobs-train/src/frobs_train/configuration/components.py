@@ -18,12 +18,7 @@ if TYPE_CHECKING:
 
 
 def load_component(name: str, what: str) -> Any:
-    """Import a wrapper or callback by its name.
-
-    Args:
-        name: ``"package.module:Name"``.
-        what: Kind of the component in error messages, ``"wrapper"`` or ``"callback"``.
-    """
+    """Import a wrapper or callback by its name, ``"package.module:Name"``. Error messages call it ``what``."""
     module_name, _, attribute = name.partition(":")
     if not module_name or not attribute:
         raise ComponentError(what, name, "is not of the form package.module:Name.")
@@ -54,12 +49,9 @@ def load_wrapper(component: ComponentConfig) -> type[Any]:
 
 
 def check_components(components: Sequence[ComponentConfig], written: Any, what: str) -> None:
-    """Import components, and check their keyword arguments without building the components.
+    """Import wrappers or callbacks, and check their keyword arguments without building them.
 
-    Args:
-        components: Wrappers or callbacks of the configuration.
-        written: Unvalidated settings of the components, including the file and line for error messages.
-        what: ``"wrapper"`` or ``"callback"``.
+    Error messages contain the file and line of the ``written``, unvalidated settings.
     """
     for index, component in enumerate(components):
         key = "name"

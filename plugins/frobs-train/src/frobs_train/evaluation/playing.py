@@ -59,18 +59,10 @@ def play_episodes(
 class EpisodeCounter:
     """Collector for the results of a fixed number of episodes in each environment.
 
-    Args:
-        num_envs: Number of environments.
-        episodes: Total number of episodes.
-        goals: Result of :func:`goal_reader`.
-        errors: Result of :func:`error_reader`.
-
-    Attributes:
-        rewards: Undiscounted return of each episode.
-        lengths: Length of each episode [control steps].
-        successes: 1.0 or 0.0 for each episode, or empty if the environment does not report success.
-        steps_to_success: For each successful episode, the number of control steps after which the environment reported
-            success and then reported it at every step until the episode ended.
+    ``rewards`` contains the undiscounted return of each episode, and ``lengths`` its control steps. ``successes``
+    contains 1.0 or 0.0 for each episode, or is empty if the environment does not report success. ``steps_to_success``
+    contains, for each successful episode, the number of control steps after which the environment reported success and
+    then reported it at every step until the episode ended.
     """
 
     def __init__(

@@ -42,8 +42,7 @@ def record_video(
         path: File to write. Defaults to ``video.mp4`` in the run's folder.
         episodes: Number of episodes, ≥ 1. The episodes are seeded with the run's evaluation seed.
         randomized: Whether to use the training run's randomization instead of the nominal models.
-        checkpoint: Checkpoint to use: ``"newest"``, ``"best"`` according to evaluations during training, or a number of
-            environment steps.
+        checkpoint: See :func:`frobs_train.evaluate`.
         on_progress: Called after each frame with the number of frames so far.
         longest_episode: See :func:`frobs_train.evaluate`.
 
@@ -54,10 +53,7 @@ def record_video(
         RenderingUnavailableError: This machine cannot render images.
         RunError: imageio-ffmpeg is not installed, or the environment does not render RGB images.
         ConfigurationError: The environment cannot render, or a numeric argument is out of range.
-        CheckpointError: The checkpoint does not exist, or no checkpoint is usable.
-        NonFiniteValueError: An observation, a reward, an action or a weight of the policy is not finite.
-        EndlessEpisodeError: An episode has not ended after ``longest_episode`` steps.
-        EnvironmentFaultError: The environment raised an exception, or does not follow Gymnasium's interface.
+        FrobsError: The checkpoint cannot be used, or the environment is faulty, see :func:`frobs_train.evaluate`.
     """
     whole_number("episodes", episodes, 1)
     longest = whole_number(
@@ -115,12 +111,8 @@ def play_steps(
 ) -> Iterator[int]:
     """Play episodes in a single environment, and yield the step of the episode after each reset (0) and step.
 
-    Args:
-        env: The environment.
-        policy: The policy.
-        episodes: Number of episodes, or None for no limit.
-        seed: Seed of the first episode.
-        longest_episode: Number of steps after which an episode without a time limit is an error, or None for no limit.
+    The seed is that of the first episode. If ``longest_episode`` is given, a longer episode without a time limit is an
+    error.
     """
     checks = EpisodeChecks(env, None if has_time_limit(env) else longest_episode)
     for episode in count() if episodes is None else range(episodes):

@@ -18,8 +18,7 @@ def view(run: Run, *, episodes: int | None = None, randomized: bool = False, che
         run: The run.
         episodes: Maximum number of episodes, or None for no limit.
         randomized: Whether to use the training run's randomization instead of the nominal models.
-        checkpoint: Checkpoint to use: ``"newest"``, ``"best"`` according to evaluations during training, or a number of
-            environment steps.
+        checkpoint: See :func:`frobs_train.evaluate`.
 
     Returns:
         The number of finished episodes.

@@ -41,12 +41,9 @@ def export(
 ) -> Export:
     """Check that a policy bundle computes the same actions as the algorithm's policy, and write the bundle.
 
-    Args:
-        run: The run.
-        out: File to write or replace. Defaults to ``policy.frobs`` in the run folder.
-        checkpoint: Checkpoint to use: ``"newest"``, ``"best"`` according to evaluations during training, or a number of
-            environment steps.
-        license: An SPDX identifier such as ``"MIT"``, or the path of a text file. By default, no license is given.
+    The default file is ``policy.frobs`` in the run folder. The checkpoint is ``"newest"``, ``"best"`` according to
+    evaluations during training, or a number of environment steps. The license is an SPDX identifier such as ``"MIT"``,
+    or the path of a text file.
     """
     text = license_text(license)
     env = make_vector_env(run.config.environment, _ENVS, run.config.keywords(randomize=False), run.config.wrappers)

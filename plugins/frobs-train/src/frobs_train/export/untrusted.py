@@ -66,11 +66,9 @@ BUDGET: Mapping[str, int] = {
 
 
 def check_config(path: Path, config: RunConfig) -> None:
-    """Check the configuration of a bundle before anything in it is imported or created.
+    """Raise UntrustedFileError if a bundle's configuration is not safe, before anything in it is imported or created.
 
-    Raises:
-        UntrustedFileError: The configuration names a module, a file or an unlisted wrapper, is not plain data, or
-            exceeds the budget of a bundle.
+    It must not name modules, files or unlisted wrappers, must be plain data, and must stay within the budget.
     """
 
     def refuse(reason: str) -> NoReturn:

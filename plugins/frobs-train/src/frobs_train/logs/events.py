@@ -20,10 +20,8 @@ _FOOTER = 4  # bytes
 class EventLog:
     """Writer of TensorBoard events. Each event is written immediately, and each process writes its own file.
 
-    Args:
-        folder: Folder for the event files.
-        resumed_at: Number of environment steps at which the run resumes, or None for a new run. Later events are
-            removed from existing files and discarded by a running TensorBoard.
+    If a run is ``resumed_at`` a number of environment steps, later events are removed from existing files and discarded
+    by a running TensorBoard.
     """
 
     def __init__(self, folder: Path, resumed_at: int | None = None) -> None:

@@ -36,12 +36,8 @@ _LAST = {
 class ProgressLog:
     """Context manager that writes the rows of the log. The methods raise RunError if writing fails.
 
-    If a later row has a new column, the file is rewritten with an extended header.
-
-    Args:
-        folder: The run's folder.
-        resumed_at: Number of environment steps at which the run resumes, or None for a new run. Later rows and an
-            incomplete last row are removed.
+    If a later row has a new column, the file is rewritten with an extended header. If a run is ``resumed_at`` a number
+    of environment steps, later rows and an incomplete last row are removed.
     """
 
     def __init__(self, folder: Path, resumed_at: int | None = None) -> None:

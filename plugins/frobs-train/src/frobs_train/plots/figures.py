@@ -29,17 +29,11 @@ SizeName: TypeAlias = Literal["screen", "page", "column"]
 
 @dataclass(frozen=True)
 class Size:
-    """Size of a figure's parts.
+    """Size of a figure's parts."""
 
-    Attributes:
-        panel: Width and height of a panel [inches].
-        columns: Maximum number of panels side by side.
-        font: Font size [pt].
-    """
-
-    panel: tuple[float, float]
-    columns: int
-    font: float
+    panel: tuple[float, float]  # width and height of a panel [inches]
+    columns: int  # maximum number of panels side by side
+    font: float  # font size [pt]
 
 
 SIZES: Mapping[str, Size] = {
@@ -55,11 +49,7 @@ _ALGORITHMS = ("ppo", "sac", "dagger", "td3", "bc", "act", "a2c")
 
 @contextmanager
 def style(size: SizeName = "screen") -> Iterator[Size]:
-    """Draw with the fonts of a size within a ``with`` block.
-
-    Raises:
-        RunError: matplotlib is not installed.
-    """
+    """Draw with the fonts of a size within a ``with`` block. Raise RunError if matplotlib is not installed."""
     chosen = SIZES[size]
     # Journals require embedded TrueType fonts, and text in SVG files should stay text. The salt keeps files repeatable.
     fixed = {"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "none", "svg.hashsalt": "frobs"}
@@ -87,11 +77,7 @@ def make_figure(width: float, height: float) -> Any:
 
 
 def check_picture(path: Path | str) -> Path:
-    """Return the path of a picture.
-
-    Raises:
-        ParameterValueError: The ending is none of :data:`FORMATS`.
-    """
+    """Return the path of a picture, or raise ParameterValueError if its ending is none of :data:`FORMATS`."""
     target = Path(path)
     if target.suffix.lower() not in FORMATS:
         raise ParameterValueError(
@@ -109,12 +95,9 @@ def save_figure(figure: Any, path: Path) -> Path:
 
 
 def colors_of(algorithms: Mapping[str, str]) -> dict[str, str]:
-    """Return a color for each label, such that an algorithm has the same color in every picture.
+    """Return a color for each label, given its algorithm, which has the same color in every picture.
 
     Further labels with the same algorithm receive the colors that are left.
-
-    Args:
-        algorithms: Algorithm of each label.
     """
     chosen: dict[str, str] = {}
     for label, algorithm in algorithms.items():

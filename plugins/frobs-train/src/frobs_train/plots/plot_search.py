@@ -18,16 +18,8 @@ _LEAST_TRIALS = 4
 def plot_search(found: StudyResult, path: Path | str) -> Path:
     """Plot a search as a PNG, PDF or SVG file: the importance of each setting, and the value of each trial over it.
 
-    The importance is that of PED-ANOVA (Watanabe et al. 2023): how much the settings of the best trials differ from those
-    of all trials.
-
-    Args:
-        found: Result of :func:`frobs_train.tune`.
-        path: File to write; its ending selects the format.
-
-    Raises:
-        RunError: matplotlib is not installed, or fewer than four trials are complete.
-        ParameterValueError: The format of the file is unknown.
+    The importance is that of PED-ANOVA (Watanabe et al. 2023): how much the settings of the best trials differ from
+    those of all trials. Raises RunError if fewer than four trials are complete.
     """
     target = check_picture(path)
     complete = [trial for trial in found.trials if trial.state == "complete" and trial.value is not None]

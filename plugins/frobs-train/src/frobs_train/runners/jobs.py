@@ -38,16 +38,10 @@ def evaluation_job(
     trust: bool = False,
     **keywords: Any,
 ) -> Job:
-    """Return a job that evaluates a policy.
+    """Return a job that evaluates a policy with keyword arguments of :func:`frobs_train.evaluate`.
 
-    The result of the job contains ``run`` and the fields of :class:`frobs_train.Evaluation`.
-
-    Args:
-        run: Run folder or bundle. If ``policy`` is given, an environment ID.
-        policy: Name or path of the policy, see :func:`~frobs_core.kernel.policies.load_policy`.
-        settings: Settings of the environment, if ``policy`` has no settings of its own.
-        trust: Whether a bundle may specify files, modules and wrappers to import.
-        keywords: Keyword arguments for :func:`frobs_train.evaluate`.
+    For the other arguments, see :func:`frobs_train.open_policy`. The result of the job contains ``run`` and the fields
+    of :class:`frobs_train.Evaluation`.
     """
     return Job(
         name=str(run),

@@ -65,16 +65,10 @@ def newest_checkpoint(folder: Path) -> tuple[Checkpoint, list[str]]:
 def write_checkpoint(
     folder: Path, steps: int, save: Callable[[Path], None], keep: int, previous: Checkpoint | None = None
 ) -> Checkpoint:
-    """Write a checkpoint atomically, and remove the oldest checkpoints.
+    """Write a checkpoint atomically, and remove all but the newest checkpoints of the folder.
 
-    If writing fails, CheckpointError is raised and earlier checkpoints remain intact.
-
-    Args:
-        folder: Folder of all checkpoints.
-        steps: Number of environment steps so far.
-        save: Function that receives an empty folder and writes the files of the checkpoint to this folder.
-        keep: Number of checkpoints to keep.
-        previous: Earlier checkpoint whose files ``save`` may hard-link instead of writing them again.
+    If writing fails, CheckpointError is raised and earlier checkpoints remain intact. The function ``save`` writes the
+    files to an empty folder. It may hard-link the files of the ``previous`` checkpoint instead of writing them again.
     """
     final = folder / f"step_{steps:09d}"
     _write(final, save, None if previous is None else previous.path)

@@ -19,12 +19,7 @@ ON_EXISTING = ("error", "increment", "overwrite", "resume")
 
 
 def check_existing(path: Path, on_existing: str) -> None:
-    """Raise an error if ``on_existing`` does not allow a run in this folder, without changing any files.
-
-    Args:
-        path: The run folder.
-        on_existing: One of :data:`ON_EXISTING`.
-    """
+    """Raise an error if ``on_existing`` does not allow a run in this folder, without changing any files."""
     choice("on_existing", on_existing, ON_EXISTING)
     if not path.exists() or on_existing == "increment":
         return

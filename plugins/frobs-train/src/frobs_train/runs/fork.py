@@ -32,15 +32,8 @@ def copy_run(source: Path, target: Path) -> None:
 def fork_run(source: Path, path: Path, config: RunConfig) -> Run:
     """Replace a run folder with a copy of another run, and change the algorithm settings of the copy.
 
-    No process may be training in ``path`` during this call.
-
-    Args:
-        source: Folder of the other run, which has a checkpoint.
-        path: The run folder to write.
-        config: New configuration, which differs from the other run's configuration only in algorithm settings.
-
-    Returns:
-        The copied run, which can be continued with :func:`frobs_train.resume`.
+    The other run has a checkpoint. No process may be training in ``path`` during this call. The copy can be continued
+    with :func:`frobs_train.resume`.
     """
     aside = path.with_name(f".{path.name}.{os.getpid()}")
     shutil.rmtree(aside, ignore_errors=True)

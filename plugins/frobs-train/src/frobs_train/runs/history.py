@@ -58,15 +58,9 @@ class _History(BaseModel):
 
 
 def check_change(before: RunConfig, after: RunConfig, source: str) -> None:
-    """Check that a run can continue with a different configuration.
+    """Raise RunError if a setting that cannot change during a run differs between two configurations.
 
-    Args:
-        before: The previous configuration.
-        after: The new configuration.
-        source: Origin of the new configuration, for use in the error message, such as ``"--set"``.
-
-    Raises:
-        RunError: A setting that cannot change during a run differs.
+    Error messages name the ``source`` of the new configuration, such as ``"--set"``.
     """
     for key, old, new in differences(before.model_dump(), after.model_dump()):
         section, _, rest = key.partition(".")

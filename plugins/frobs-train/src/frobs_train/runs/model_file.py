@@ -63,9 +63,8 @@ def load_model_file(
 ) -> tuple[Algorithm, int]:
     """Load a model for the spaces of a single environment. For ``algorithm`` and ``trust``, see :class:`ModelFile`.
 
-    Returns:
-        An object with the spaces and the ``predict`` method of an algorithm, and the number of environment steps for
-        which it was trained.
+    The result is an object with the spaces and the ``predict`` method of an algorithm, and the number of environment
+    steps for which it was trained.
     """
     module, _, function = _opener(file, algorithm).partition(":")
     opener: Callable[..., tuple[Algorithm, int]] = getattr(import_module(module), function)

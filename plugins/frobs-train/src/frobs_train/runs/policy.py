@@ -29,12 +29,7 @@ _log = logging.getLogger("frobs")
 
 
 class AlgorithmPolicy(Policy):
-    """Policy of an algorithm.
-
-    Args:
-        algorithm: The algorithm, of which the policy uses only ``predict``.
-        deterministic: Whether to use deterministic actions instead of sampling.
-    """
+    """Policy of an algorithm, which uses only its ``predict``, with deterministic or sampled actions."""
 
     def __init__(self, algorithm: Algorithm, deterministic: bool = True) -> None:
         self._algorithm, self._deterministic = algorithm, deterministic
@@ -213,16 +208,10 @@ def load_policy(
 def load_algorithm(
     run: Run, observation_space: gym.Space[Any], action_space: gym.Space[Any], checkpoint: str | int = "newest"
 ) -> tuple[Algorithm, int]:
-    """Load a checkpoint of a run, which may still be training, for prediction.
+    """Load a checkpoint of a run, which may still be training, for predictions in an environment with these spaces.
 
-    Args:
-        run: The run.
-        observation_space: Observation space of a single environment in which the policy will act.
-        action_space: Action space of a single environment in which the policy will act.
-        checkpoint: See ``TrainedPolicy``.
-
-    Returns:
-        The algorithm, and the number of environment steps for which it was trained.
+    For ``checkpoint``, see ``TrainedPolicy``. The result is the algorithm, and the number of environment steps for
+    which it was trained.
     """
     if run.edited is not None:
         keys = ", ".join(key for key, _, _ in differences(run.config.model_dump(), run.edited.model_dump()))

@@ -42,11 +42,8 @@ class TrainingInterrupt(KeyboardInterrupt):
 class Interrupts:
     """Context manager that catches Ctrl-C and SIGTERM in the main thread.
 
-    Args:
-        text: Warning after the first signal. ``%s`` is replaced by the signal that stops immediately.
-
-    Attributes:
-        requested: Number of the received signal, or None if no signal was received.
+    In the warning after the first signal, ``%s`` is replaced by the signal that stops immediately. ``requested`` is the
+    number of the received signal, or None.
     """
 
     def __init__(self, text: str = _WARNING) -> None:

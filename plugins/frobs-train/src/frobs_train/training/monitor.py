@@ -73,16 +73,8 @@ class RunContext:
 class RunMonitor:
     """Implementation of :class:`frobs_core.contracts.TrainingMonitor` that writes to a run folder.
 
-    Args:
-        run: The run.
-        context: The environment, log and callbacks.
-        state: State of a resumed run, or None for a new run.
-        checkpoint: Checkpoint from which the run is resumed, or None if there is no checkpoint.
-
-    Attributes:
-        steps: Number of environment steps at the last row or checkpoint.
-        checkpoint: The newest checkpoint, or None if there is no checkpoint.
-        stopped: Reason why the training run ends early, or None.
+    A resumed run has a state, and the checkpoint from which it is resumed. ``steps`` is the number of environment steps
+    at the last row or checkpoint, and ``stopped`` is the reason why the training run ends early, or None.
     """
 
     def __init__(

@@ -30,15 +30,9 @@ class _InterruptedError(Exception):
 class TrainingEvaluation:
     """Evaluation of the deterministic policy during training, on the same episodes each time.
 
-    Evaluations use separate environments and therefore do not affect training.
-
-    Args:
-        run: The run.
-        algorithm: The algorithm whose policy is evaluated.
-        interrupts: Signals received by this process. A signal ends the current evaluation.
-
-    Attributes:
-        latest: Success rate in the last evaluation, or the mean reward if the environment does not report success.
+    Evaluations use separate environments and therefore do not affect training. A signal that ``interrupts`` receives
+    ends the current evaluation. ``latest`` is the success rate in the last evaluation, or the mean reward if the
+    environment does not report success.
     """
 
     def __init__(self, run: Run, algorithm: Algorithm, interrupts: Interrupts) -> None:

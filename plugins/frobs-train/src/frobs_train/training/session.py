@@ -138,15 +138,10 @@ def run_training(
     state: RunState | None = None,
     checkpoint: Checkpoint | None = None,
 ) -> None:
-    """Train for all remaining steps, or until training is stopped.
+    """Train for all remaining steps, or until training is stopped. The caller must hold the lock of the run folder.
 
-    Args:
-        run: The run. The caller must hold the lock of the run folder.
-        prepared: The environments and the new or loaded algorithm.
-        callbacks: Callbacks of the configuration.
-        tell: Called with the progress after each row of the log. If this function returns False, training ends.
-        state: State of a resumed run, or None for a new run.
-        checkpoint: Checkpoint from which the run is resumed, or None if there is no checkpoint.
+    The function ``tell`` is called with the progress after each row of the log, and ends training by returning False. A
+    resumed run has a state, and the checkpoint from which it is resumed.
     """
     steps = 0 if state is None else state.steps
     env, algorithm = prepared.recorder, prepared.algorithm

@@ -118,11 +118,7 @@ def open_study(name: str, storage: str, sampler: str, pruner: str, seeds: int) -
 
 
 def load_study(found: StudyResult) -> optuna.Study:
-    """Return the Optuna study of a result.
-
-    Raises:
-        StudyError: The storage needs a password, which results do not contain.
-    """
+    """Return the Optuna study of a result, or raise StudyError if its storage needs a password, which results lack."""
     import optuna
 
     try:

@@ -40,15 +40,7 @@ if TYPE_CHECKING:
 class Session:
     """An open study, which draws settings and records results. Several processes can open the same study.
 
-    Args:
-        search: Settings of the search.
-
-    Attributes:
-        search: Settings of the search.
-        base: The configuration that all trials share.
-        space: The search space.
-        folder: Folder of the study.
-        study: The Optuna study.
+    ``base`` is the configuration that all trials share, and ``study`` is the Optuna study.
     """
 
     def __init__(self, search: Search) -> None:
@@ -202,20 +194,11 @@ def run_trial(
     *,
     on_existing: str = "error",
 ) -> float | None:
-    """Train and evaluate one run for each seed of a trial.
+    """Train and evaluate one run for each seed of a trial, and return the mean of the metric over the seeds.
 
-    Args:
-        search: Settings of the search.
-        folder: Folder of the study.
-        number: Number of the trial.
-        chosen: Settings of the trial.
-        report: Called with the number of the report, in [0, ``REPORTS`` × seeds], and the mean of the metric so far. If
-            this function returns False, the trial ends.
-        on_progress: Called with the index of a seed and the progress of its run.
-        on_existing: How to handle existing run folders, see :func:`frobs_train.train`.
-
-    Returns:
-        The mean of the metric over the seeds, or None if ``report`` ended the trial.
+    The function ``report`` is called with the number of the report, in [0, ``REPORTS`` × seeds], and the mean of the
+    metric so far. If it returns False, the trial ends without a result. ``on_progress`` is called with the index of a
+    seed and the progress of its run.
     """
     config = search.resolve(chosen)
     values: list[float] = []

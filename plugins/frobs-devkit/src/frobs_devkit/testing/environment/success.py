@@ -137,19 +137,12 @@ def expert_passes_the_checks_of_policies(subject: EnvUnderTest) -> None:
 
 @dataclass(frozen=True)
 class _Step:
-    """The outcome of a step.
+    """The outcome of a step."""
 
-    Attributes:
-        success: What the step reported.
-        is_late: Whether the task finds another success when it measures the same state again.
-        reward: The reward.
-        terminated: Whether the step terminated the episode.
-    """
-
-    success: bool
-    is_late: bool
-    reward: float
-    terminated: bool
+    success: bool  # what the step reported
+    is_late: bool  # whether the task finds another success when it measures the same state again
+    reward: float  # the step's reward
+    terminated: bool  # whether the step terminated the episode
 
 
 def _visits(env: Any) -> Iterator[list[_Step]]:

@@ -78,9 +78,5 @@ PILE_DEPTH = 0.05
 
 @lru_cache
 def model_of(name: str) -> RobotModel:
-    """Read and return the model file of one of the kit's robots.
-
-    Args:
-        name: Value of ``Robot.model``, such as ``"kit_arm"``.
-    """
+    """Read and return the model file of one of the kit's robots, by ``Robot.model``, such as ``"kit_arm"``."""
     return load_model(Path(__file__).with_name("urdf") / f"{name}.urdf")

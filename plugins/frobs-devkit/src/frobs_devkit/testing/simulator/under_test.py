@@ -125,13 +125,9 @@ SimulatorCheck: TypeAlias = Callable[[SimulatorUnderTest], None]
 
 
 def verifies(capability: str, *needed: str) -> Callable[[SimulatorCheck], SimulatorCheck]:
-    """Return a decorator for checks that verify a capability and apply only to simulators that claim it.
+    """Return a decorator for checks that apply only to simulators that claim a capability, and others that it needs.
 
     If the machine cannot render, the check is inconclusive.
-
-    Args:
-        capability: The capability that the check verifies.
-        needed: Other capabilities that the check needs.
     """
 
     def decorate(function: SimulatorCheck) -> SimulatorCheck:
