@@ -138,7 +138,6 @@ def _advise_threads(
 
 
 def _time_updates(config: RunConfig, threads: int) -> float:
-    """Return the median time of a round of updates with the given number of PyTorch threads [s]."""
     settings = {**config.algorithm_config, "torch_threads": threads}
     changed = config.model_copy(update={"algorithm_config": settings})
     torch = sys.modules["torch"]  # the algorithm has already imported PyTorch, whose number of threads is global
@@ -180,7 +179,6 @@ def _can_matter(measured: MeasuredTraining, part: str) -> bool:
 
 
 def _speedup_of_run(measured: MeasuredTraining, part: str, speedup: float) -> float:
-    """Return the speedup of the whole training run that results from the speedup of one part."""
     saved = measured.parts[part] * (1.0 - 1.0 / speedup)
     return measured.seconds / (measured.seconds - saved)
 

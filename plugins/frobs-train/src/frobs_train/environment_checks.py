@@ -67,7 +67,7 @@ class CheckedEnv(gym.Wrapper[Any, Any, Any, Any]):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Reset the environment."""
-        returned: Any = self.env.reset(seed=seed, options=options)
+        returned: tuple[Any, dict[str, Any]] = self.env.reset(seed=seed, options=options)
         if not self._has_reset:
             if not (isinstance(returned, tuple) and len(returned) == 2 and isinstance(returned[1], dict)):
                 raise self._fault(
@@ -76,12 +76,11 @@ class CheckedEnv(gym.Wrapper[Any, Any, Any, Any]):
                 )
             self._check("reset()", returned[0])
             self._has_reset = True
-        result: tuple[Any, dict[str, Any]] = returned
-        return result
+        return returned
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """Step the environment."""
-        returned: Any = self.env.step(action)
+        returned: tuple[Any, Any, bool, bool, dict[str, Any]] = self.env.step(action)
         if not self._has_stepped:
             if not (isinstance(returned, tuple) and len(returned) == 5 and isinstance(returned[4], dict)):
                 raise self._fault(
@@ -96,8 +95,7 @@ class CheckedEnv(gym.Wrapper[Any, Any, Any, Any]):
                     "return float(reward)."
                 )
             self._has_stepped = True
-        result: tuple[Any, Any, bool, bool, dict[str, Any]] = returned
-        return result
+        return returned
 
     def _check(self, method: str, observation: Any) -> None:
         problem = misfit(self.observation_space, observation)
@@ -106,7 +104,10 @@ class CheckedEnv(gym.Wrapper[Any, Any, Any, Any]):
                 f"returns an observation from {method} that does not match its observation_space: {problem}; "
                 "change the observation or the observation_space."
             )
-        if not self._warned and not _within(self.observation_space, observation):
+        is_array = isinstance(self.observation_space, gym.spaces.Box)
+        if not self._warned and not self.observation_space.contains(
+            np.asarray(observation) if is_array else observation
+        ):
             self._warned.add(method)
             _log.warning(
                 "environment '%s' returns an observation from %s that is outside the bounds of its observation_space; "
@@ -269,16 +270,14 @@ def term_at(env: Any, place: Place) -> list[str]:
 
 def misfit(space: gym.Space[Any], value: Any, name: str = "observation") -> str | None:
     """Return why a value is not an element of a space, except for bounds, or None."""
-    if isinstance(space, gym.spaces.Dict):
-        if not isinstance(value, dict) or set(value) != set(space.spaces):
-            actual = f"the keys {', '.join(map(str, value))}" if isinstance(value, dict) else described(value)
-            return f"{name} has {actual} instead of the keys {', '.join(map(str, space.spaces))}"
-        parts = [misfit(inner, value[key], f"{name}[{key!r}]") for key, inner in space.spaces.items()]
-        return next(filter(None, parts), None)
-    if isinstance(space, gym.spaces.Tuple):
-        if not isinstance(value, tuple) or len(value) != len(space.spaces):
-            return f"{name} is {described(value)} instead of a tuple of {len(space.spaces)} elements"
-        parts = [misfit(inner, value[i], f"{name}[{i}]") for i, inner in enumerate(space.spaces)]
+    if isinstance(space, gym.spaces.Dict) and not (isinstance(value, dict) and set(value) == set(space.spaces)):
+        actual = f"the keys {', '.join(map(str, value))}" if isinstance(value, dict) else described(value)
+        return f"{name} has {actual} instead of the keys {', '.join(map(str, space.spaces))}"
+    if isinstance(space, gym.spaces.Tuple) and not (isinstance(value, tuple) and len(value) == len(space.spaces)):
+        return f"{name} is {described(value)} instead of a tuple of {len(space.spaces)} elements"
+    if isinstance(space, gym.spaces.Dict | gym.spaces.Tuple):
+        inside: Any = space.spaces.items() if isinstance(space, gym.spaces.Dict) else enumerate(space.spaces)
+        parts = (misfit(inner, value[key], f"{name}[{key!r}]") for key, inner in inside)
         return next(filter(None, parts), None)
     if isinstance(space, gym.spaces.Box):
         if np.shape(value) != space.shape:
@@ -287,10 +286,6 @@ def misfit(space: gym.Space[Any], value: Any, name: str = "observation") -> str 
             return f"{name} is {described(value)}, but the space has the type {space.dtype}"
         return None
     return None if space.contains(value) else f"{name} is {value!r:.80}, which is not in {space}"
-
-
-def _within(space: gym.Space[Any], value: Any) -> bool:
-    return space.contains(np.asarray(value) if isinstance(space, gym.spaces.Box) else value)
 
 
 def described(value: Any) -> str:
@@ -305,9 +300,7 @@ def described(value: Any) -> str:
 def has_time_limit(env: Any) -> bool:
     """Return whether each episode of an environment ends after a known number of steps."""
     limit = getattr(env.unwrapped, "max_episode_steps", None if env.spec is None else env.spec.max_episode_steps)
-    wrapped: Any = getattr(env.unwrapped, "envs", [env])[
-        0
-    ]  # a time limit may also be a wrapper of a single environment
+    wrapped: Any = getattr(env.unwrapped, "envs", [env])[0]  # a time limit may also be a wrapper of a single one
     while limit is None and isinstance(wrapped, gym.Wrapper):
         limit = wrapped._max_episode_steps if isinstance(wrapped, gym.wrappers.TimeLimit) else None
         wrapped = wrapped.env

@@ -153,7 +153,8 @@ class EnvironmentBuildError(ConfigurationError):
             if unknown is not None and unknown[1] in keywords
             else f"{type(cause).__name__}: {cause}"
         )
-        super().__init__(f"environment '{environment}' cannot be built{_with(keywords)}: {reason}")
+        given = ", ".join(f"{key}={value!r}" for key, value in keywords.items())
+        super().__init__(f"environment '{environment}' cannot be built{f' with {given}' if given else ''}: {reason}")
 
 
 class ComponentError(ConfigurationError):
@@ -198,7 +199,3 @@ class StudyError(ConfigurationError):
         self.study = study
         self.reason = reason
         super().__init__(f"study '{study}' {reason}")
-
-
-def _with(keywords: Mapping[str, Any]) -> str:
-    return " with " + ", ".join(f"{key}={value!r}" for key, value in keywords.items()) if keywords else ""

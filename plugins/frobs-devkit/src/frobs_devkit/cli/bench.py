@@ -152,7 +152,6 @@ def bench(
 
 
 def _keywords(options: BenchOptions) -> dict[str, Any]:
-    """Return the keywords of the environment."""
     parts = {"simulator": options.simulator, "controller": options.controller}
     return options.keywords() | {key: value for key, value in parts.items() if value is not None}
 

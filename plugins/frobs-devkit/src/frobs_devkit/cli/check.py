@@ -165,9 +165,6 @@ def _print_end(subject: Subject, report: Report) -> None:
             out.print(Text(f"{words}: {', '.join(listed)}", style="dim"), soft_wrap=True)
     ran_on = ", ".join(f"{name} {version}" for name, version in report.versions.items())
     out.print(Text(f"on {ran_on}", style="dim"), soft_wrap=True)
-    out.print(_verdict(report), style="bold green" if report.ok else "bold red", soft_wrap=True)
-
-
-def _verdict(report: Report) -> str:
     counts = {status: sum(result.status == status for result in report.results) for status in _SIGNS}
-    return ", ".join(f"{count} {status.replace('_', ' ')}" for status, count in counts.items() if count)
+    verdict = ", ".join(f"{count} {status.replace('_', ' ')}" for status, count in counts.items() if count)
+    out.print(verdict, style="bold green" if report.ok else "bold red", soft_wrap=True)

@@ -72,9 +72,12 @@ def _print(found: tuple[PluginFacts, ...]) -> None:
 
     rows: list[list[str | Text]] = []
     for facts in found:
+        offers = [
+            f"{len(names)} {kind}{'' if len(names) == 1 else 's'}" for kind, names in facts.records.items() if names
+        ]
         state = Text(facts.state + (", disabled" if facts.disabled else ""), style=_STATES[facts.state])
         rows.append([facts.name, state, f"{1e3 * facts.import_seconds:.0f} ms", f"{facts.distribution} {facts.version}",
-                     facts.made_for or "–", _offers(facts)])  # fmt: skip
+                     facts.made_for or "–", ", ".join(offers) or "nothing"])  # fmt: skip
     print_table(("plugin", "state", "import", "from", "requires core", "provides"), rows)
     for facts in found:
         if facts.findings:
@@ -88,10 +91,3 @@ def _print(found: tuple[PluginFacts, ...]) -> None:
     print_line()
     verdict = f"{len(found)} examined, {broken} broken, {remarked} with other findings"
     console().print(Text(verdict, style="bold red" if broken else "bold green"), soft_wrap=True)
-
-
-def _offers(facts: PluginFacts) -> str:
-    counts = [
-        f"{len(names)} {kind if len(names) == 1 else f'{kind}s'}" for kind, names in facts.records.items() if names
-    ]
-    return ", ".join(counts) or "nothing"

@@ -92,6 +92,7 @@ def parity(
         $ frobs parity frobs/Reach-v0 --robot arm.urdf --tcp tool0 --package-path ~/ros/src
         $ frobs parity frobs/PandaPush-v0 frobs/PandaLift-v0 --runner ray
     """
+    from frobs_core import plugins
     from frobs_core.plugins.registry import bare_id, find_spec
 
     specs = {env_id: find_spec(env_id) for env_id in env_ids}
@@ -102,16 +103,18 @@ def parity(
     if run is not None and policy is not None:
         raise ConflictingOptionsError(["--policy", "--run"])
     chosen, keywords = runner.open(), options.keywords()
-    names = {
-        env_id: _split(options.simulators) or _installed(str(spec.kwargs.get("simulator", "mujoco")))
-        for env_id, spec in specs.items()
-    }
+    names = {}
+    for env_id, spec in specs.items():
+        own = str(spec.kwargs.get("simulator", "mujoco"))
+        names[env_id] = _split(options.simulators) or [own, *(name for name in plugins.engines() if name != own)]
     if len(specs) > 1 or not runner.is_local:
         for name, value in (("--policy", policy), ("--run", run), ("--actions", options.actions)):
             if value is not None:
                 raise CommandLineError(name, "this option requires a single ID and cannot be combined with --runner.")
 
-        root, absolute = options.out or Path("parity"), _absolute(keywords)
+        root, absolute = options.out or Path("parity"), absolute_files(keywords)  # a job may run in another folder
+        if paths := absolute.get("package_paths"):
+            absolute["package_paths"] = {name: str(Path(path).resolve()) for name, path in paths.items()}
         root.mkdir(parents=True, exist_ok=True)
         jobs = [certification_job(id, names[id], root / bare_id(id), only=only, keywords=absolute) for id in specs]
         if not certify_and_report(jobs, chosen, root.absolute(), json=json):
@@ -139,23 +142,8 @@ def parity(
         raise typer.Exit(1)
 
 
-def _absolute(keywords: Mapping[str, Any]) -> dict[str, Any]:
-    """Return an environment's keyword arguments with absolute paths, because a job may run in another folder."""
-    kwargs = absolute_files(keywords)
-    if "package_paths" in kwargs:
-        kwargs["package_paths"] = {name: str(Path(path).resolve()) for name, path in kwargs["package_paths"].items()}
-    return kwargs
-
-
 def _split(names: str | None) -> list[str]:
     return [name.strip() for name in (names or "").split(",") if name.strip()]
-
-
-def _installed(own: str) -> list[str]:
-    """Return the names of the available simulators, starting with the environment's default simulator."""
-    from frobs_core import plugins
-
-    return [own, *(name for name in plugins.engines() if name != own)]
 
 
 def _print(certificate: Certificate, folder: Path) -> None:

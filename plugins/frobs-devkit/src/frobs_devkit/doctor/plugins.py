@@ -72,7 +72,8 @@ def examine_plugins(
         on_probe: Function that is called with ``distribution:name`` after each plugin has been imported.
     """
     collection = plugins.active()
-    candidates = [candidate for candidate in collection.candidates() if _is_meant(candidate, only)]
+    words = set(only)
+    candidates = [one for one in collection.candidates() if not words or words & {one.name, one.distribution, one.key}]
 
     def look(candidate: Candidate) -> Probe:
         outcome = probe(candidate, seconds)
@@ -82,7 +83,10 @@ def examine_plugins(
 
     with ThreadPoolExecutor(max(1, (os.cpu_count() or 2) // 2)) as pool:  # each thread waits for its process
         probes = list(pool.map(look, candidates))
-    offers = _offers(candidates, probes)
+    offers: dict[tuple[str, str], list[Candidate]] = {}
+    for candidate, seen in zip(candidates, probes, strict=True):
+        for key in _names(seen):
+            offers.setdefault(key, []).append(candidate)
     disabled = collection.disabled()
     return tuple(
         PluginFacts(
@@ -99,22 +103,9 @@ def examine_plugins(
     )
 
 
-def _is_meant(candidate: Candidate, only: Iterable[str]) -> bool:
-    words = set(only)
-    return not words or bool(words & {candidate.name, candidate.distribution, candidate.key})
-
-
 def _names(seen: Probe) -> list[tuple[str, str]]:
     names = [(kind, name) for kind, offered in seen.records.items() for name in offered]
     return [*names, *(("environment ID", id) for id in seen.environment_ids)]
-
-
-def _offers(candidates: Iterable[Candidate], probes: Iterable[Probe]) -> dict[tuple[str, str], list[Candidate]]:
-    offers: dict[tuple[str, str], list[Candidate]] = {}
-    for candidate, seen in zip(candidates, probes, strict=True):
-        for key in _names(seen):
-            offers.setdefault(key, []).append(candidate)
-    return offers
 
 
 def _findings(

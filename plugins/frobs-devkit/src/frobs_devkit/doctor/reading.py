@@ -46,7 +46,6 @@ def read(path: str | Path, xacro_args: Mapping[str, str], package_paths: Mapping
 
 
 def _unresolved_meshes(root: Element, packages: Packages) -> list[Finding]:
-    """Remove shapes with missing meshes, and return one finding per reason."""
     lost: dict[str, list[tuple[str, int | None]]] = {}
     needed = set()  # reasons for which a simulator does not build the robot; it does without the mesh of a visual
     for link in root.children("link"):

@@ -50,7 +50,8 @@ def missing(requirements: Iterable[str]) -> list[Missing]:
         except PackageNotFoundError:
             installed = ""
         if not installed or not requirement.specifier.contains(installed, prereleases=True):
-            unmet.append(Missing(f"{requirement.name}{_extras(requirement.extras)}{requirement.specifier}", installed))
+            extras = f"[{','.join(sorted(requirement.extras))}]" if requirement.extras else ""
+            unmet.append(Missing(f"{requirement.name}{extras}{requirement.specifier}", installed))
     return unmet
 
 
@@ -65,8 +66,3 @@ def required_versions(distribution: str) -> dict[str, str]:
             with suppress(PackageNotFoundError):
                 versions[name] = version(name)
     return versions
-
-
-def _extras(names: Iterable[str]) -> str:
-    text = ",".join(sorted(names))
-    return f"[{text}]" if text else ""

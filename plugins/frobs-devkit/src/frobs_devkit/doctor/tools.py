@@ -35,7 +35,7 @@ def tool_candidates(model: RobotModel, tcp: str | None = None) -> tuple[ToolCand
             link=link.name,
             actuated_joints=actuated,
             usual_name=usual > 0,
-            reach=_reach(model, link.name, drawn),
+            reach=float(np.linalg.norm(model.frame_pose(link.name, drawn)[0], axis=1).max()),
             longest_reach=bound if math.isfinite(bound) else None,
             chosen=link.name == chosen,
         )
@@ -62,13 +62,6 @@ def tool_findings(model: RobotModel, tools: tuple[ToolCandidate, ...]) -> Iterat
         )
 
 
-def _reach(model: RobotModel, link: str, joint_positions: Floats) -> float:
-    if not len(model.joint_names):
-        joint_positions = joint_positions[:1]
-    pos, _ = model.frame_pose(link, joint_positions)
-    return float(np.sqrt((pos * pos).sum(axis=1)).max())
-
-
 def _random_positions(model: RobotModel) -> Floats:
     """Return random joint positions (n, dof) within the limits, including the limits themselves."""
     low, high = [], []
@@ -76,6 +69,7 @@ def _random_positions(model: RobotModel) -> Floats:
         far = _SLIDE if joint.type.value == "prismatic" else _TURN
         low.append(joint.limits.lower if math.isfinite(joint.limits.lower) else -far)
         high.append(joint.limits.upper if math.isfinite(joint.limits.upper) else far)
-    share = np.random.default_rng(0).uniform(-0.1, 1.1, (_SAMPLES, len(low))).clip(0.0, 1.0)
+    samples = _SAMPLES if low else 1
+    share = np.random.default_rng(0).uniform(-0.1, 1.1, (samples, len(low))).clip(0.0, 1.0)
     drawn: Floats = np.array(low) + share * (np.array(high) - np.array(low))
     return drawn

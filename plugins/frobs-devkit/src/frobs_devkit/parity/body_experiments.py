@@ -72,7 +72,7 @@ def settling(subjects: Sequence[Subject]) -> Measurement:
     )
     motions = [_watch_alone(subject, _CUBE, subjects[0].physics_timestep) for subject in subjects]
     comparisons, lowest = experiment.compare(subjects, [_settle(motion, _EDGE) for motion in motions])
-    near = replace(lowest, title="Detail near the floor", lines=tuple(_near_the_floor(line) for line in lowest.lines))
+    near = replace(lowest, title="Detail near the floor", lines=tuple(map(_near_the_floor, lowest.lines)))
     return Measurement(
         summary=f"A cube with a mass of {_MASS} kg and an edge length of {100 * _EDGE:.0f} cm falls "
         f"{100 * _CLEARANCE:.0f} cm and lands flat on the floor. Contact models differ between engines, so a task can "
@@ -177,7 +177,6 @@ def _watch_alone(subject: Subject, body: Body, period: float, floor_friction: fl
 
 
 def _record(simulation: Simulation, body: Bounded, duration: float, period: float) -> BodyMotion:
-    """Step the simulation, and record the motion of a body once per period [s]."""
     steps, samples = max(1, round(period / simulation.physics_timestep)), round(duration / period)
     handle = simulation.bodies[body.name]
     start = handle.pose[0][0].copy()

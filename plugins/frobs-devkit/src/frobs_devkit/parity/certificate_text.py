@@ -61,7 +61,8 @@ def _overview(certificate: Certificate) -> str:
     lines = ["| measurement | simulator | quantity | error | tolerance | |", "|---|---|---|---:|---:|:-:|"]
     for measurement in certificate.measurements:
         for i, (comparison, cells) in enumerate(rows(measurement)):
-            title = f"[{measurement.title}](#{_anchor(measurement.title)})" if i == 0 else ""
+            anchor = "".join(c for c in measurement.title.lower().replace(" ", "-") if c.isalnum() or c == "-")
+            title = f"[{measurement.title}](#{anchor})" if i == 0 else ""
             lines.append(_row(title, *cells[:4], SIGNS[comparison.status]))
     return "\n".join(lines)
 
@@ -102,7 +103,3 @@ def _flat(versions: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             yield from ((str(inner), str(version)) for inner, version in value.items())
         else:
             yield name, str(value)
-
-
-def _anchor(title: str) -> str:
-    return "".join(c for c in title.lower().replace(" ", "-") if c.isalnum() or c == "-")

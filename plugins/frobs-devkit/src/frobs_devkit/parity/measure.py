@@ -14,6 +14,7 @@ from typing import Any
 from frobs_core import plugins
 from frobs_core.plugins.capabilities import known_capabilities
 from frobs_core.plugins.records import Level
+from frobs_core.plugins.registry import find_spec
 from frobs_core.util.errors import ModelMismatchError, check_name
 from frobs_devkit.doctor.requirements import required_versions
 from frobs_devkit.parity.actions import ActionFile, check_actions, read_actions, smooth_actions
@@ -77,14 +78,20 @@ def measure_parity(
         CapabilityError: The reference simulator cannot run the environment.
         CheckpointError: The run has no usable checkpoint.
     """
-    given = {**(_keywords_of(run, environment) if run else {}), **(keywords or {})}
+    given = dict(keywords or {})
+    if run is not None:
+        theirs, ours = run.config.environment.rpartition(":")[2], environment.rpartition(":")[2]
+        if theirs != ours:
+            hint = f"'{ours}'; use frobs parity {theirs} --run …"
+            raise ModelMismatchError(f"the run {run.path}", "the ID", f"'{theirs}'", hint)
+        given = {**run.config.environment_kwargs, **given}
     file = read_actions(actions) if actions else None
     if run and run.path.is_dir():
         run.newest_checkpoint()  # reports a damaged checkpoint before the measurements start
     subjects = make_subjects(environment, simulators, given)
     reference = subjects[0]
     with reference.make() as env:
-        controller = _controller(reference)
+        controller = str({**find_spec(environment).kwargs, **reference.keywords}["controller"])
         if file is None:
             steps = min(reference.max_episode_steps, _LONGEST_REPLAY)
             file = ActionFile(
@@ -161,21 +168,6 @@ def _missing(plan: Plan, subject: Subject) -> str:
         if subject.level(need) == Level.UNSUPPORTED:
             return f"the simulator does not support '{need}' ({known_capabilities()[need].summary})"
     return subject.lacks if plan.environment else ""
-
-
-def _keywords_of(run: Run, environment: str) -> Mapping[str, Any]:
-    theirs, ours = run.config.environment.rpartition(":")[2], environment.rpartition(":")[2]
-    if theirs != ours:
-        raise ModelMismatchError(
-            f"the run {run.path}", "the ID", f"'{theirs}'", f"'{ours}'; use frobs parity {theirs} --run …"
-        )
-    return run.config.environment_kwargs
-
-
-def _controller(subject: Subject) -> str:
-    from frobs_core.plugins.registry import find_spec
-
-    return str({**find_spec(subject.environment).kwargs, **subject.keywords}["controller"])
 
 
 def _facts(subject: Subject, control_timestep: float, controller: str) -> dict[str, str]:

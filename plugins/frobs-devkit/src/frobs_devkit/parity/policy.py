@@ -56,7 +56,6 @@ def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> M
 
 
 def _percent(found: Evaluation) -> str:
-    """Return the success rate with its interval, such as ``"98.5 % [95.7, 99.5]"``."""
     if found.success_rate is None or found.success_interval is None:
         return "unknown"
     low, high = found.success_interval

@@ -58,7 +58,8 @@ def step_response(subjects: Sequence[Subject]) -> Measurement:
 def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
     """Compare the step responses with effort limits that are low enough to be reached often."""
     reference = subjects[0]
-    commands = _to_and_fro(_jumps(reference))
+    jumps = _jumps(reference)
+    commands = np.concatenate([jumps, np.zeros_like(jumps)] * (_JUMPS // 2), axis=1)  # (dof, phases, dof)
     summary = (
         f"Each joint receives {_JUMPS} alternating step commands. The joint's effort limit is slightly above the "
         "effort that holds it against gravity, so that its drive is saturated in at least "
@@ -162,11 +163,6 @@ def _jumps(subject: Subject) -> Floats:
     return np.diag(jumps)[:, None]
 
 
-def _to_and_fro(jumps: Floats) -> Floats:
-    """Return commands (dof, phases, dof) that alternate between the given steps and zero."""
-    return np.concatenate([jumps, np.zeros_like(jumps)] * (_JUMPS // 2), axis=1)
-
-
 def _record(subject: Subject, commands: Floats, limits: Floats, period: float) -> list[Motion]:
     return record(subject, subject.driven(_mode(subject), limits), commands, DURATION, period)
 
@@ -214,7 +210,8 @@ def _panels(
                 way = motion.velocities[:, j]
             moved.append(Line(name, motion.times, way / jump, j, i))
             if limits is not None:
-                effort.append(_saturations(name, motion, limits, j, i))
+                saturated = np.abs(motion.efforts[:, j]) >= (1.0 - 1e-9) * limits[j]
+                effort.append(Line(name, motion.times, np.where(saturated, float(j), np.nan), j, i))
         if i:
             off.append(error_line(subject.label, differences(motions[0], runs), runs[0].times, i))
     what = "velocity" if mode is CommandMode.VELOCITY else "way"
@@ -225,12 +222,6 @@ def _panels(
         )
     tolerance = tolerance_line("step_response", subjects)
     return (*panels, error_panel("Largest difference of any joint", off, unit, tolerance))
-
-
-def _saturations(name: str, motion: Motion, limits: Floats, joint: int, simulator: int) -> Line:
-    """Return a line in the joint's row of the plot, with gaps where the joint's drive is not saturated."""
-    at_limit = np.abs(motion.efforts[:, joint]) >= (1.0 - 1e-9) * limits[joint]
-    return Line(name, motion.times, np.where(at_limit, float(joint), np.nan), joint, simulator)
 
 
 def _list(subject: Subject, values: Floats) -> str:

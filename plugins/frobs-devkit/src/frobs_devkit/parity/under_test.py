@@ -191,6 +191,8 @@ def make_subjects(environment: str, simulators: Sequence[str], keywords: Mapping
             command_mode=inner.controller.command_mode,
         )
         names = {**spec.kwargs, **given}
+        attached = {side for each in scene.attachments.values() for side in (each.first, each.second)}
+        free = {name: body for name, body in scene.bodies.items() if body.is_free and name not in attached}
         return [
             Subject(
                 label=name if simulators.count(name) == 1 else f"{name} ({simulators[: i + 1].count(name)})",
@@ -200,7 +202,7 @@ def make_subjects(environment: str, simulators: Sequence[str], keywords: Mapping
                 keywords=given,
                 placement=placement,
                 gravity=scene.gravity,
-                free_bodies=_free_bodies(scene),
+                free_bodies=free,
                 physics_timestep=inner.simulation.physics_timestep,
                 decimation=inner.decimation,
                 max_episode_steps=spec.max_episode_steps or 100,
@@ -208,11 +210,6 @@ def make_subjects(environment: str, simulators: Sequence[str], keywords: Mapping
             )
             for i, (name, record) in enumerate(zip(simulators, records, strict=True))
         ]
-
-
-def _free_bodies(scene: Scene) -> dict[str, Body]:
-    attached = {side for attachment in scene.attachments.values() for side in (attachment.first, attachment.second)}
-    return {name: body for name, body in scene.bodies.items() if body.is_free and name not in attached}
 
 
 def _simulator(name: str) -> SimulatorRecord:

@@ -9,6 +9,7 @@ import faulthandler
 import json
 import locale
 import logging
+import multiprocessing
 import os
 import random
 import signal
@@ -47,7 +48,7 @@ def state() -> dict[str, object]:
         "recursion limit": sys.getrecursionlimit(),
         "threads": threading.active_count(),
         "Gymnasium's registry": sorted(gymnasium.registry),
-        "default multiprocessing start method": _start_method(),
+        "default multiprocessing start method": multiprocessing.get_start_method(allow_none=True),
     }
 
 
@@ -101,12 +102,6 @@ def main(module: str, key: str, findings: Path, seconds: float) -> None:
     torch = sys.modules.get("torch")
     facts["torch_threads"] = getattr(torch, "get_num_threads", int)()
     findings.write_text(json.dumps(facts, allow_nan=False))
-
-
-def _start_method() -> str | None:
-    import multiprocessing
-
-    return multiprocessing.get_start_method(allow_none=True)
 
 
 if __name__ == "__main__":

@@ -133,7 +133,6 @@ def _description() -> dict[str, Any]:
 
 
 def _environment() -> Any:
-    """Create a Jinja environment with the options in ``cookiecutter.json``, as cookiecutter does."""
     from jinja2 import Environment, StrictUndefined
 
     options = _description()["_jinja2_env_vars"]

@@ -133,7 +133,6 @@ def bench_scaling(
 
 
 def _with_size(config: RunConfig, num_envs: int, threads: int = 1) -> RunConfig:
-    """Return the configuration with the given numbers of environments and simulator threads."""
     keywords = {key: value for key, value in config.environment_kwargs.items() if key != "num_threads"}
     changed = config.threads.model_copy(update={"simulator": threads})
     return config.model_copy(update={"num_envs": num_envs, "threads": changed, "environment_kwargs": keywords})

@@ -113,7 +113,6 @@ def _correction(results: Sequence[ScalingResult]) -> str:
 
 
 def _log_sizes(axis: Any, sizes: set[int]) -> None:
-    """Set a logarithmic scale on the x axis, with a tick at each size."""
     axis.set_xscale("log")
     axis.set_xticks(sorted(sizes), [f"{size:,}" for size in sorted(sizes)])
     axis.minorticks_off()

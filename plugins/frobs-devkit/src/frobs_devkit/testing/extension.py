@@ -107,7 +107,8 @@ def readings_are_in_range(subject: ExtensionUnderTest) -> None:
     required = [item.name for item in fields(cls) if item.default is MISSING and item.default_factory is MISSING]
     missing = [name for name in required if name not in given]
     if missing:
-        raise Inconclusive(f"the sensor needs {', '.join(missing)}; set them with {_settings(cls.type_name, missing)}")
+        settings = " ".join(f"--set environment_kwargs.sensors.{cls.type_name}.{name}=VALUE" for name in missing)
+        raise Inconclusive(f"the sensor needs {', '.join(missing)}; set them with {settings}")
     try:
         sensor = cls(**given)
     except (TypeError, FrobsError) as error:
@@ -206,7 +207,3 @@ def _expect_capability(name: str, what: str) -> None:
         not name or name in known_capabilities(),
         f"{what} is '{name}', which is not a capability: frobs list capabilities.",
     )
-
-
-def _settings(sensor: str, names: list[str]) -> str:
-    return " ".join(f"--set environment_kwargs.sensors.{sensor}.{name}=VALUE" for name in names)

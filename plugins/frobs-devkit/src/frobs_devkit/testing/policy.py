@@ -37,7 +37,8 @@ class PolicyUnderTest:
     @property
     def record(self) -> PolicyRecord:
         """The policy's record."""
-        return find_policy(self.name) if is_path(self.name) else _named(self.name)
+        found = find_policy(self.name) if is_path(self.name) else plugins.get_record("policy", str(self.name))
+        return cast("PolicyRecord", found)
 
     @contextmanager
     def acting(self, num_envs: int = _ENVS) -> Iterator[tuple[Policy, Any, Any]]:
@@ -134,10 +135,6 @@ def check_policy(policy: str | Path, environment: str = "", **kwargs: Any) -> li
         **kwargs: Keyword arguments of the environment.
     """
     return collect(PolicyUnderTest(policy, EnvUnderTest(environment, kwargs)), CHECKS)
-
-
-def _named(name: str | Path) -> PolicyRecord:
-    return cast("PolicyRecord", plugins.get_record("policy", str(name)))
 
 
 def _play(policy: Policy, env: Any, observation: Any) -> Iterator[Any]:

@@ -103,7 +103,6 @@ def compare(
 
 
 def _evaluate(runs: Sequence[Run], episodes: int, runner: Runner) -> dict[Path, Mapping[str, Any]]:
-    """Evaluate each run, and return a mapping from run folders to results."""
     from frobs_train.cli.evaluate import run_evaluations
     from frobs_train.runners.jobs import evaluation_job
     from frobs_train.runners.runner import raise_failures

@@ -15,7 +15,7 @@ from frobs_core.util.errors import ConflictingOptionsError
 from frobs_train.cli.opened import Trust
 
 if TYPE_CHECKING:
-    from frobs_train.export.bundle_run import BundleRun
+    pass
 
 
 def export(
@@ -77,7 +77,7 @@ def export(
     """
     from frobs_deploy import Policy, read_bundle
     from frobs_train import Run
-    from frobs_train.export.bundle_run import BundleRun
+    from frobs_train.export.bundle_run import BundleRun, open_pretrained
     from frobs_train.export.export import export as export_run
     from frobs_train.export.pages import find_page_writer
 
@@ -90,7 +90,7 @@ def export(
         if unused := [flag for flag, value in given.items() if value is not None]:
             raise ConflictingOptionsError(["--pretrained" if pretrained else str(run), *unused])
         with only_json(json), working("writing the page"):
-            facts = write_page(_open_bundle(run, pretrained, trust), page)
+            facts = write_page(open_pretrained(str(run)) if pretrained else BundleRun(read_bundle(run), trust), page)
         _print_page(facts, json)
         return
     with only_json(json), working("exporting"):
@@ -124,13 +124,6 @@ def export(
     )
     if facts:
         _print_page(facts, json)
-
-
-def _open_bundle(run: Path, pretrained: bool, trust: bool) -> BundleRun:
-    from frobs_deploy import read_bundle
-    from frobs_train.export.bundle_run import BundleRun, open_pretrained
-
-    return open_pretrained(str(run)) if pretrained else BundleRun(read_bundle(run), trust)
 
 
 def _print_page(facts: dict[str, Any], json: bool) -> None:

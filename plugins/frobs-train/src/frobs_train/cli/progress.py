@@ -35,7 +35,11 @@ class TrainingProgress:
     def __enter__(self) -> Self:
         """Start the bar, so that it is visible while the environment is being built."""
         if self._console.is_terminal:
-            self._bar = self._make_bar()
+            from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+
+            text = TextColumn("{task.fields[numbers]}", markup=False)
+            columns = BarColumn(bar_width=None), TaskProgressColumn(), text
+            self._bar = Progress(*columns, console=self._console, expand=True, refresh_per_second=5)
             self._task = self._bar.add_task("", total=self._total, numbers="starting")
             self._bar.start()
         return self
@@ -62,18 +66,6 @@ class TrainingProgress:
         elif time.monotonic() >= self._next_line:
             self._next_line = time.monotonic() + _LINE_EVERY
             self._write_line(progress)
-
-    def _make_bar(self) -> Bar:
-        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
-
-        return Progress(
-            BarColumn(bar_width=None),
-            TaskProgressColumn(),
-            TextColumn("{task.fields[numbers]}", markup=False),
-            console=self._console,
-            expand=True,
-            refresh_per_second=5,
-        )
 
     def _numbers(self, progress: Progress) -> str:
         parts = [f"{progress.steps_per_second:,.0f} steps/s"]

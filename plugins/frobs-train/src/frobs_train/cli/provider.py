@@ -141,7 +141,6 @@ def _best(run: Run) -> int | None:
 
 
 def _threads(path: Path) -> str | None:
-    """Return a description of the processors and threads at the start of the run, or None if unknown."""
     from frobs_core.util.files import read_json
     from frobs_train import Threads
 

@@ -154,7 +154,6 @@ def _advise_controller(config: RunConfig) -> str | None:
 
 
 def _check_view(options: TrainOptions, *, is_local: bool) -> None:
-    """Check that the one run that will be trained can be shown."""
     check_view()
     if options.seeds is not None or not is_local:
         raise ConflictingOptionsError(["--view", "--seeds or --runner"], "a view shows one run of this machine")

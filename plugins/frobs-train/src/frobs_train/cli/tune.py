@@ -74,7 +74,6 @@ def tune(
 
 
 def _watched(search: Search, runner: Runner) -> StudyResult:
-    """Run the search, and print a live status and one line per trial to stderr."""
     with working("preparing") as show:
 
         def on_progress(number: int, index: int, progress: Progress) -> None:

@@ -100,6 +100,8 @@ def score_run(
     if evaluation is None and not np.isfinite(values).any():
         raise RunError(f"{run.path}: no episode has ended yet, so there is no {metric} to compare; try again later.")
     seconds = float(columns.get("time/elapsed", np.zeros(1))[-1])
+    curve_steps, curve = curve_values(columns, curve_column(metric, source))
+    reached = curve_steps[curve >= (np.inf if threshold is None else threshold)]
     return RunScore(
         run=run.path,
         seed=run.config.seed,
@@ -108,9 +110,7 @@ def score_run(
         evaluated_steps=None if evaluation is None else evaluation[0],
         steps=int(steps[-1]),
         total_steps=run.config.steps,
-        steps_to_threshold=None
-        if threshold is None
-        else _first_at(*curve_values(columns, curve_column(metric, source)), threshold),
+        steps_to_threshold=float(reached[0]) if len(reached) else None,
         seconds=seconds,
         steps_per_second=float(steps[-1]) / seconds if seconds > 0 else 0.0,
     )
@@ -178,8 +178,3 @@ def _last_part(columns: Columns, values: Floats) -> float:
         chosen[np.flatnonzero(known)[-1]] = True
     weights = np.nan_to_num(columns.get("episode/count", np.ones(len(steps))))[chosen]
     return float(np.average(values[chosen], weights=weights if weights.any() else None))
-
-
-def _first_at(steps: Floats, values: Floats, threshold: float) -> float | None:
-    above = np.flatnonzero(values >= threshold)
-    return float(steps[above[0]]) if len(above) else None

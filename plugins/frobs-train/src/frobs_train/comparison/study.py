@@ -87,7 +87,7 @@ def missing_trainings(study: Study, folder: Path) -> list[Job]:
         environment = str(flags["environment"])
         config = resolve_config(environment, flags={**study.settings, **flags}, check_parts=True)
         run = Run.open(path) if is_run(path) else None
-        if run is None or run.config != config or not _is_complete(run):
+        if run is None or run.config != config or not any(each.steps >= config.steps for each in run.checkpoints):
             if (config.environment, config.algorithm) not in checked:
                 check_environment(config)
                 checked.add((config.environment, config.algorithm))
@@ -143,10 +143,6 @@ def write_study(study: Study, folder: Path) -> tuple[Path, Comparison]:
     page = folder / PAGE
     write_aside(page, lambda aside: aside.write_text("\n".join(lines), "utf-8"))
     return page, found
-
-
-def _is_complete(run: Run) -> bool:
-    return any(checkpoint.steps >= run.config.steps for checkpoint in run.checkpoints)
 
 
 def _named(job: Job, path: Path, folder: Path) -> Job:

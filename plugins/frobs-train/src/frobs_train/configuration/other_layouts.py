@@ -60,7 +60,6 @@ def _layouts() -> Iterator[ConfigLayoutRecord]:
 
 
 def _has(mapping: Any, key: str) -> bool:
-    """Return whether the mapping of a file contains a dotted key."""
     for part in key.split("."):
         if not isinstance(mapping, Mapping) or part not in mapping:
             return False

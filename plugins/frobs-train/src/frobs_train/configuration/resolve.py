@@ -103,7 +103,6 @@ def check_config(merged: Mapping[str, Any]) -> RunConfig:
 
 
 def _check_sections(settings: Mapping[str, Any]) -> None:
-    """Reject keys that are not in the run configuration, and name the sections in which other settings are."""
     for key in settings:
         if key not in RunConfig.model_fields:
             similar = nearest(key, RunConfig.model_fields)
@@ -117,7 +116,6 @@ def _check_sections(settings: Mapping[str, Any]) -> None:
 
 
 def _check_stop(config: RunConfig) -> None:
-    """Reject ``stop_at_success`` if there are no evaluations during training."""
     if config.stop_at_success is not None and config.evaluate_every is None:
         raise MissingSettingError(
             f"{OWNER}: stop_at_success",
@@ -127,7 +125,6 @@ def _check_stop(config: RunConfig) -> None:
 
 
 def _with_threads(settings: Mapping[str, Any], torch: int | None) -> Mapping[str, Any]:
-    """Add the thread count of the algorithm's library to the algorithm's settings."""
     if torch is None:
         return settings
     given = settings.get("torch_threads", torch)
@@ -139,7 +136,6 @@ def _with_threads(settings: Mapping[str, Any], torch: int | None) -> Mapping[str
 
 
 def _check_randomize(merged: Mapping[str, Any]) -> None:
-    """Reject randomization settings that are invalid or in the wrong place."""
     if "randomize" in _environment_kwargs(merged):
         reason = "'randomize' is a top-level setting; move it out of environment_kwargs."
         origin = find_origin(merged, ["environment_kwargs", "randomize"])

@@ -16,7 +16,6 @@ from frobs_core.contracts import RobotHandle
 from frobs_core.kernel.compose import parameter_defaults
 from frobs_core.models import JointType
 from frobs_core.plugins import registry
-from frobs_core.sensing.observation import Observations
 from frobs_core.util.errors import ConfigurationError, PluginError, PolicyExportError, RunError
 from frobs_core.util.files import read_json
 from frobs_core.util.plain import plain, to_json
@@ -40,12 +39,15 @@ def environment_facts(env: gym.vector.VectorEnv[Any, Any, Any], config: RunConfi
     base = base.envs[0].unwrapped if hasattr(base, "envs") else base  # single environments are identical
     ours = isinstance(getattr(base, "robot", None), RobotHandle)
     controller, observations = (base.controller, base.observations) if ours else (None, None)
-    names = _names(vars(base.config) if ours else config.environment_kwargs)
+    keywords = vars(base.config) if ours else config.environment_kwargs
+    names = {part: name for part in _PARTS if isinstance(name := keywords.get(part), str)}
     timestep = getattr(base, "control_timestep", None)
     changes = None if controller is None else controller.max_action_change
     if controller is not None and env.single_action_space != controller.action_space:  # a wrapper changes the actions
         changes = None
-    unwrapped = observations is not None and env.single_observation_space == observations.space
+    # a wrapper may change the observations
+    shown = observations if observations and env.single_observation_space == observations.space else None
+    pictures = shown.terms.values() if shown else ()
     spaces = spaces_facts(env.single_observation_space, env.single_action_space)
     return {
         "environment": {
@@ -72,15 +74,17 @@ def environment_facts(env: gym.vector.VectorEnv[Any, Any, Any], config: RunConfi
         },
         "observation": {
             "spaces": spaces["observation"],
-            "terms": _terms(observations) if unwrapped and observations is not None else [],
-            "images": _images(observations) if unwrapped and observations is not None else {},
+            "terms": [{key: row[key] for key in ("name", "columns", "unit")} for row in shown.describe()]
+            if shown
+            else [],
+            "images": {term.key: {**plain(term.view), "unit": term.unit} for term in pictures if term.view is not None},
         },
     }
 
 
 def spaces_facts(observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> dict[str, Any]:
     """Return the observation spaces, by key, and the action space of one environment in the bundle format."""
-    parts = _parts(observation_space)
+    parts = observation_space.spaces if isinstance(observation_space, gym.spaces.Dict) else {"": observation_space}
     return {"observation": {key: _space(space) for key, space in parts.items()}, "action": _space(action_space)}
 
 
@@ -152,11 +156,6 @@ def license_text(license: str | None) -> str:
     return f"SPDX-License-Identifier: {license}\n"
 
 
-def _names(keywords: Mapping[str, Any]) -> dict[str, str]:
-    """Return the task, robot, controller and simulator that the keyword arguments specify by name."""
-    return {part: name for part in _PARTS if isinstance(name := keywords.get(part), str)}
-
-
 def _parameters(config: RunConfig) -> Mapping[str, Any]:
     """Return the keyword arguments registered with the environment ID, or an empty mapping for other packages' IDs."""
     try:
@@ -190,24 +189,6 @@ def _robot(robot: RobotHandle, names: Mapping[str, Any], config: RunConfig) -> d
         "tcp": robot.tcp,
         "joints": joints,
     }
-
-
-def _terms(observations: Observations) -> list[dict[str, Any]]:
-    """Return the name, columns and unit of each named term of the flat observation.
-
-    In a dict observation, the flat observation has the key ``"observation"``.
-    """
-    return [{key: row[key] for key in ("name", "columns", "unit")} for row in observations.describe()]
-
-
-def _images(observations: Observations) -> dict[str, Any]:
-    """Return the camera view and the unit of each image, by observation key."""
-    terms = observations.terms.values()
-    return {term.key: {**plain(term.view), "unit": term.unit} for term in terms if term.view is not None}
-
-
-def _parts(space: gym.Space[Any]) -> Mapping[str, gym.Space[Any]]:
-    return space.spaces if isinstance(space, gym.spaces.Dict) else {"": space}
 
 
 def _space(space: gym.Space[Any]) -> dict[str, Any]:

@@ -174,7 +174,6 @@ def _reasons(config: RunConfig) -> Iterator[str]:
 
 
 def _not_plain(name: str, value: Any) -> Iterator[str]:
-    """Yield a reason to reject the bundle for each value that is not plain data."""
     if isinstance(value, Mapping):
         yield from _each((f"{name}.{key}", item) for key, item in value.items())
         yield from _each((f"a key of {name}", key) for key in value)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -115,7 +115,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         if not hasattr(base, "snapshot"):
             return None
         state: dict[str, np.ndarray[Any, Any]] = dict(base.snapshot())
-        for index, wrapper in enumerate(self._wrappers()):
+        for index, wrapper in enumerate(saving_wrappers(self.env)):
             state |= {f"wrapper/{index}/{name}": array for name, array in wrapper.snapshot().items()}
         state |= {"recorder/rewards": self._rewards.copy(), "recorder/lengths": self.checks.lengths.copy()}
         state |= {f"recorder/terms/{name}": sums.copy() for name, sums in self._terms.items()}
@@ -126,7 +126,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         self._rewards[:] = snapshot["recorder/rewards"]
         self.checks.lengths[:] = snapshot["recorder/lengths"]
         self._terms = {name: np.array(sums) for name, sums in _below("recorder/terms/", snapshot).items()}
-        for index, wrapper in enumerate(self._wrappers()):
+        for index, wrapper in enumerate(saving_wrappers(self.env)):
             wrapper.restore(_below(f"wrapper/{index}/", snapshot))
         base: Any = self.unwrapped
         base.restore({key: value for key, value in snapshot.items() if not key.startswith(("recorder/", "wrapper/"))})
@@ -135,19 +135,10 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         """Return the metrics that the wrappers report for the log."""
         return {
             name: value
-            for each in self._wrappers()
+            for each in saving_wrappers(self.env)
             if hasattr(each, "metrics")
             for name, value in each.metrics().items()
         }
-
-    def _wrappers(self) -> list[Any]:
-        """Return the wrappers that support snapshots, among those between the recorder and the environment."""
-        wrappers, env = [], self.env
-        while isinstance(env, gym.vector.VectorWrapper):
-            if hasattr(type(env), "snapshot") and hasattr(type(env), "restore"):
-                wrappers.append(env)
-            env = env.env
-        return wrappers
 
     def _add_terms(self, info: Mapping[str, Any], done: npt.NDArray[np.bool_] | None) -> None:
         # If an episode ended, its last terms are in final_info, because info already describes the next episode.
@@ -182,6 +173,18 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
             sums[done] = 0.0
         if len(ids):
             self._on_episodes(finished)
+
+
+def wrappers_of(env: Any) -> Iterator[Any]:
+    """Yield the vector wrappers around an environment, from the outside in."""
+    while isinstance(env, gym.vector.VectorWrapper):
+        yield env
+        env = env.env
+
+
+def saving_wrappers(env: Any) -> list[Any]:
+    """Return the vector wrappers around an environment that support snapshots."""
+    return [one for one in wrappers_of(env) if hasattr(type(one), "snapshot") and hasattr(type(one), "restore")]
 
 
 def _below(prefix: str, snapshot: Mapping[str, np.ndarray[Any, Any]]) -> dict[str, np.ndarray[Any, Any]]:

@@ -46,28 +46,23 @@ class EpisodeStatistics:
 
     def snapshot(self) -> dict[str, np.ndarray[Any, Any]]:
         """Return the state of the statistics as arrays."""
-        arrays: dict[str, np.ndarray[Any, Any]] = {
-            "recent/rewards": np.array(self.recent_rewards, np.float64),
-            "recent/lengths": np.array(self.recent_lengths, np.int64),
-            "recent/successes": np.array(self.recent_successes, np.float64),
+        recent = {"rewards": self.recent_rewards, "lengths": self.recent_lengths, "successes": self.recent_successes}
+        types = {"lengths": np.int64}
+        since: dict[str, list[np.ndarray[Any, Any]]] = {}
+        for item in self._since:
+            results = {"env_ids": item.env_ids, "rewards": item.rewards, "lengths": item.lengths}
+            results |= {} if item.successes is None else {"successes": item.successes}
+            for name, values in {**results, **{f"terms/{term}": sums for term, sums in item.terms.items()}}.items():
+                since.setdefault(name, []).append(values)
+        return {
+            **{f"recent/{name}": np.array(values, types.get(name, np.float64)) for name, values in recent.items()},
+            **{f"since/{name}": np.concatenate(parts) for name, parts in since.items()},
         }
-        if self._since:
-            arrays["since/env_ids"] = np.concatenate([item.env_ids for item in self._since])
-            arrays["since/rewards"] = np.concatenate([item.rewards for item in self._since])
-            arrays["since/lengths"] = np.concatenate([item.lengths for item in self._since])
-            successes = [item.successes for item in self._since if item.successes is not None]
-            if successes:
-                arrays["since/successes"] = np.concatenate(successes)
-            for name in dict.fromkeys(name for item in self._since for name in item.terms):
-                parts = [item.terms[name] for item in self._since if name in item.terms]
-                arrays[f"since/terms/{name}"] = np.concatenate(parts)
-        return arrays
 
     def restore(self, arrays: Arrays) -> None:
         """Restore a snapshot."""
-        self.recent_rewards = deque(arrays["recent/rewards"].tolist(), maxlen=100)
-        self.recent_lengths = deque(arrays["recent/lengths"].tolist(), maxlen=100)
-        self.recent_successes = deque(arrays["recent/successes"].tolist(), maxlen=100)
+        for name in ("recent_rewards", "recent_lengths", "recent_successes"):
+            setattr(self, name, deque(arrays[name.replace("_", "/")].tolist(), maxlen=100))
         self._since = []
         if "since/env_ids" in arrays:
             prefix = "since/terms/"

@@ -33,6 +33,8 @@ _TITLES: Mapping[CurveSource, str] = {
     "evaluation": "{} in evaluations",
     "training": "{} during training, with exploration",
 }
+THRESHOLD: Mapping[str, Any] = {"color": FAINT, "linewidth": 0.8, "linestyle": (0, (4, 3)), "zorder": 1}
+"""Style of the line of a threshold."""
 
 
 @dataclass(frozen=True)
@@ -82,15 +84,19 @@ def plot_runs(
     curves = [_Curves(run, read_columns(run.path), over) for run in runs]
     if not curves:
         raise RunError("there is no run to plot; pass at least one run folder.")
-    target = check_picture(path) if path is not None else _default_path(runs)
+    one = runs[0]
+    usual = one.output("plots", "learning_curve.png") if len(runs) == 1 else one.path.parent / "learning_curves.png"
+    target = check_picture(usual if path is None else path)
     source = curve_source({each.run.path: each.columns for each in curves}, "reward", source)
-    groups = _groups(curves)
+    by_path = {curve.run.path: curve for curve in curves}
+    groups = {label: [by_path[run.path] for run in members] for label, members in group_runs(runs).items()}
     metrics = (
         ["success", "reward"]
         if any(len(each.curve(curve_column("success", source))[0]) for each in curves)
         else ["reward"]
     )
-    terms = _terms(curves[0]) if len(groups) == 1 else []
+    logged = curves[0].columns.items() if len(groups) == 1 else ()
+    terms = [name[7:] for name, values in logged if name.startswith("reward/") and np.isfinite(values).any()]
     count = len(metrics) + bool(terms)
     with style(size) as chosen:
         columns = min(count, chosen.columns)
@@ -123,16 +129,15 @@ def dress_curves(axis: Any, title: str, over: CurveAxis) -> None:
     axis.margins(x=0.02)
 
 
+def percent_axis(axis: Any) -> None:
+    """Let a y axis show a rate from 0 to 100 %."""
+    axis.set_ylim(-2, 102)
+    axis.yaxis.set_major_formatter(lambda value, _: f"{value:.0f} %")
+
+
 def curve_title(metric: str, source: CurveSource) -> str:
     """Return the title of learning curves, which says what was measured."""
     return _TITLES[source].format("Success" if metric == "success" else "Reward of an episode")
-
-
-def _groups(curves: Sequence[_Curves]) -> dict[str, list[_Curves]]:
-    """Group runs that differ only in the seed."""
-    by_path = {curve.run.path: curve for curve in curves}
-    groups = group_runs([curve.run for curve in curves])
-    return {label: [by_path[run.path] for run in members] for label, members in groups.items()}
 
 
 def _title(groups: dict[str, list[_Curves]]) -> str:
@@ -148,9 +153,8 @@ def _draw_metric(axis: Any, groups: dict[str, list[_Curves]], metric: str, sourc
     scale = 1.0
     if metric == "success":
         scale = 100.0
-        axis.set_ylim(-2, 102)
-        axis.yaxis.set_major_formatter(lambda value, _: f"{value:.0f} %")
-        axis.axhline(95, color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)))
+        percent_axis(axis)
+        axis.axhline(95, **THRESHOLD)
     colors = colors_of({name: members[0].run.config.algorithm for name, members in groups.items()})
     for name, members in groups.items():
         _draw(axis, [member.curve(curve_column(metric, source)) for member in members], colors[name], name, scale)
@@ -206,14 +210,3 @@ def count_text(value: float) -> str:
         if abs(value) >= size:
             return f"{value / size:.3g}{unit}"
     return f"{value:.3g}"
-
-
-def _terms(curve: _Curves) -> list[str]:
-    names = [name for name, values in curve.columns.items() if np.isfinite(values).any()]
-    return [name.removeprefix("reward/") for name in names if name.startswith("reward/")]
-
-
-def _default_path(runs: Sequence[Run]) -> Path:
-    if len(runs) == 1:
-        return runs[0].output("plots", "learning_curve.png")
-    return runs[0].path.parent / "learning_curves.png"

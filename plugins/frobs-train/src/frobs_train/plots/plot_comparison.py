@@ -19,7 +19,7 @@ from frobs_train.plots.figures import (
     save_figure,
     style,
 )
-from frobs_train.plots.plot import curve_title, dress_curves, in_axis_units
+from frobs_train.plots.plot import THRESHOLD, curve_title, dress_curves, in_axis_units, percent_axis
 
 _TITLES = {"success": "Success", "reward": "Reward of an episode"}
 _ROW = 0.04  # height of one row in the lower part [inch], per point of the font
@@ -45,7 +45,9 @@ def plot_comparison(found: Comparison, path: Path | str, *, size: SizeName = "sc
         ParameterValueError: The format of the file is unknown.
     """
     target = check_picture(path)
-    environments = _by_environment(found)
+    environments: dict[str, list[Group]] = {}
+    for group in found.groups:
+        environments.setdefault(group.environment, []).append(group)
     count = len(environments) + bool(found.aggregates)
     # Groups with the same name have the same color in all panels.
     colors = colors_of({group.name: group.algorithm for group in found.groups})
@@ -75,13 +77,6 @@ def plot_comparison(found: Comparison, path: Path | str, *, size: SizeName = "sc
         return save_figure(figure, target)
 
 
-def _by_environment(found: Comparison) -> dict[str, list[Group]]:
-    environments: dict[str, list[Group]] = {}
-    for group in found.groups:
-        environments.setdefault(group.environment, []).append(group)
-    return environments
-
-
 def _title(found: Comparison, environments: Sequence[str]) -> str:
     runs = sum(len(group.runs) for group in found.groups)
     where = environments[0] if len(environments) == 1 else f"{len(environments)} environments"
@@ -92,11 +87,10 @@ def _title(found: Comparison, environments: Sequence[str]) -> str:
 def _draw_curves(axis: Any, found: Comparison, groups: Sequence[Group], colors: dict[str, str], title: str) -> None:
     dress_curves(axis, title, found.over)
     if found.metric == "success":
-        axis.set_ylim(-2, 102)
-        axis.yaxis.set_major_formatter(lambda value, _: f"{value:.0f} %")
+        percent_axis(axis)
     scale = _scale(found)
     if found.threshold is not None:
-        axis.axhline(scale * found.threshold, color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
+        axis.axhline(scale * found.threshold, **THRESHOLD)
     for group in groups:
         curve, color = group.curve, colors[group.name]
         x = in_axis_units(curve.x, found.over)
@@ -128,7 +122,8 @@ def _draw_finals(
             ticks.append((row, environment, FAINT))
             row += 1
         for group in members:
-            ticks.append((row, group.name if narrow else _name(group), colors[group.name]))
+            seeds = "" if narrow else f"  ({len(group.runs)} seed{'s' if len(group.runs) > 1 else ''})"
+            ticks.append((row, f"{group.name}{seeds}", colors[group.name]))
             _draw_final(axis, group, row, scale, colors[group.name])
             row += 1
     axis.set_ylim(row - 0.4, -0.6)
@@ -141,7 +136,7 @@ def _draw_finals(
         start = min(80.0, 10.0 * (scale * min(least, found.threshold or 0.0) // 10.0))
         axis.set_xlim(start - 0.02 * (100.0 - start), 100.0 + 0.02 * (100.0 - start))
         axis.xaxis.set_major_formatter(lambda value, _: f"{value:.0f} %")
-        axis.axvline(scale * (found.threshold or 0.0), color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
+        axis.axvline(scale * (found.threshold or 0.0), **THRESHOLD)
 
 
 def _draw_final(axis: Any, group: Group, row: int, scale: float, color: str) -> None:
@@ -155,11 +150,6 @@ def _draw_final(axis: Any, group: Group, row: int, scale: float, color: str) -> 
     value = f"{scale * final.value:.1f} %" if scale != 1.0 else f"{final.value:.3g}"
     axis.annotate(value, (1.0, row), xycoords=("axes fraction", "data"), xytext=(10, 0), textcoords="offset points",
                   ha="left", va="center", fontsize="medium", color=color, annotation_clip=False)  # fmt: skip
-
-
-def _name(group: Group) -> str:
-    seeds = f"{len(group.runs)} seed{'s' if len(group.runs) > 1 else ''}"
-    return f"{group.name}  ({seeds})"
 
 
 def _scale(found: Comparison) -> float:

@@ -64,7 +64,8 @@ class RunLock:
                 return False
             # The lock works even if a full disk prevents writing the process ID.
             with contextlib.suppress(OSError):
-                _write(descriptor, to_json({"pid": os.getpid(), "host": socket.gethostname()}))
+                os.ftruncate(descriptor, 0)
+                os.pwrite(descriptor, to_json({"pid": os.getpid(), "host": socket.gethostname()}).encode(), 0)
         except BaseException:
             os.close(descriptor)
             raise
@@ -105,17 +106,11 @@ def _lock(descriptor: int) -> bool | None:
 
 
 def _read(descriptor: int) -> tuple[int | None, str | None]:
-    """Return the process ID and the host name in the lock file."""
     try:
         holder = json.loads(os.pread(descriptor, 4096, 0) or b"{}")
         return int(holder["pid"]), str(holder["host"])
     except (OSError, ValueError, KeyError, TypeError, OverflowError, RecursionError):
         return None, None
-
-
-def _write(descriptor: int, text: str) -> None:
-    os.ftruncate(descriptor, 0)
-    os.pwrite(descriptor, text.encode(), 0)
 
 
 def _alive(holder: tuple[int | None, str | None]) -> bool:

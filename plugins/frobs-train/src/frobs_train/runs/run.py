@@ -240,7 +240,6 @@ class Run:
 
 
 def _place(aside: Path, path: Path, on_existing: str) -> Path:
-    """Give a complete run folder its final name, and return this name."""
     target, numbers = path, count(2)
     while not _rename(aside, target):
         if on_existing == "increment":
@@ -267,7 +266,6 @@ def _identity(path: Path) -> tuple[int, int] | None:
 
 
 def _rename(aside: Path, target: Path) -> bool:
-    """Rename a folder, or return False if the name is taken."""
     if target.exists():  # renaming would replace an empty folder
         return False
     try:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import platform
 import sys
+from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
-from typing import cast
+from typing import Any
 
 from frobs_core.util.files import read_json
 
@@ -40,16 +41,15 @@ def changed_versions(path: Path) -> list[str]:
         then = read_json(path)
     except OSError as error:
         return [f"{path} cannot be read: {error.strerror}"]
-    now = versions()
-    lines = []
-    for group, name in (("", "python"), ("", "frobs-core"), ("plugins", ""), ("libraries", ""), ("", "machine")):
-        if name:
-            pairs = {name: (then.get(name), now[name])}
-        else:
-            previous, after = then.get(group), cast("dict[str, str]", now[group])
-            before = previous if isinstance(previous, dict) else {}
-            pairs = {key: (before[key], after.get(key)) for key in before}
-        lines += [
-            f"{key} was {was}, and is now {here or 'missing'}" for key, (was, here) in pairs.items() if was != here
-        ]
-    return lines
+    before, after = _flat(then), _flat(versions())
+    return [
+        f"{key} was {was}, and is now {after.get(key) or 'missing'}"
+        for key, was in before.items()
+        if was != after.get(key)
+    ]
+
+
+def _flat(described: Mapping[str, Any]) -> dict[str, Any]:
+    own = {key: described.get(key) for key in ("python", "frobs-core", "machine")}
+    groups = [described.get(group) for group in ("plugins", "libraries")]
+    return own | {key: value for group in groups if isinstance(group, dict) for key, value in group.items()}

@@ -10,6 +10,7 @@ from frobs_core import plugins
 from frobs_core.plugins import registry
 from frobs_core.plugins.records import Level
 from frobs_train.configuration.config import RunConfig, algorithm_record
+from frobs_train.logs.recorder import saving_wrappers, wrappers_of
 
 _STATELESS = ("RescaleAction", "ClipAction", "TransformAction", "FlattenObservation", "FilterObservation",
               "RescaleObservation", "ReshapeObservation", "ResizeObservation", "GrayscaleObservation",
@@ -33,7 +34,13 @@ def why_not_exact(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) -
         return f"{config.environment}{how} does not support snapshots, so the resumed run begins new episodes"
     if _level(config) is not Level.EXACT:
         return f"the simulator of {config.environment} restores its state only approximately"
-    silent = [type(wrapper).__name__ for wrapper in _wrappers(env) if not _tells(wrapper)]
+    saving = saving_wrappers(env)
+    silent = [
+        type(wrapper).__name__
+        for wrapper in wrappers_of(env)
+        if wrapper not in saving
+        and not (type(wrapper).__module__.startswith("gymnasium.") and type(wrapper).__name__ in _STATELESS)
+    ]
     if silent:
         return f"the state of {', '.join(silent)} is not saved, because snapshot() and restore() are not defined"
     return None
@@ -48,19 +55,3 @@ def _level(config: RunConfig) -> Level:
     record: Any = plugins.get_record("simulator", simulator)
     level: Level = record.capabilities.get("snapshot", Level.UNSUPPORTED)
     return level
-
-
-def _wrappers(env: gym.vector.VectorEnv[Any, Any, Any]) -> list[gym.vector.VectorEnv[Any, Any, Any]]:
-    wrappers: list[gym.vector.VectorEnv[Any, Any, Any]] = []
-    while isinstance(env, gym.vector.VectorWrapper):
-        wrappers.append(env)
-        env = env.env
-    return wrappers
-
-
-def _tells(wrapper: object) -> bool:
-    """Return whether a wrapper is stateless or saves its state."""
-    cls = type(wrapper)
-    if hasattr(cls, "snapshot") and hasattr(cls, "restore"):
-        return True
-    return cls.__module__.startswith("gymnasium.") and cls.__name__ in _STATELESS

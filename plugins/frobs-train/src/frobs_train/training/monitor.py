@@ -83,30 +83,29 @@ class RunMonitor:
         config = run.config
         self._run = run
         self._context = context
-        self._every = config.checkpoint_every or max(1, config.steps // 10)
-        self._log_every = config.log_every or max(1, config.steps // 500)
-        self._evaluate_every = math.inf if context.evaluation is None else (config.evaluate_every or math.inf)
+        self._every: dict[str, float] = {
+            "row": config.log_every or max(1, config.steps // 500),
+            "checkpoint": config.checkpoint_every or max(1, config.steps // 10),
+            "evaluation": math.inf if context.evaluation is None else (config.evaluate_every or math.inf),
+        }
+        self._next: dict[str, float] = {}  # number of steps at which each of these is due
         self._metrics: dict[str, float | None] = {} if state is None else dict(state.metrics)
         self._early = self._warned = False
         self._start = time.perf_counter() - (0.0 if state is None else state.elapsed)
         self.checkpoint = checkpoint
         self.stopped: str | None = None
         self.steps = 0 if state is None else state.steps
-        self._plan(self.steps)
+        self._plan(self.steps, *self._every)
 
-    def _plan(self, steps: int) -> None:
-        """Determine after how many steps the next log row, checkpoint and evaluation are due.
-
-        The plan depends only on the number of steps.
-        """
-        self._next_row = (steps // self._log_every + 1) * self._log_every
-        self._next_checkpoint = (steps // self._every + 1) * self._every
-        self._next_evaluation = (steps // self._evaluate_every + 1) * self._evaluate_every
-        self._next = min(self._next_row, self._next_checkpoint, self._next_evaluation)
+    def _plan(self, steps: int, *what: str) -> None:
+        """Determine after how many steps the next of some of the row, checkpoint and evaluation are due."""
+        for name in what:
+            self._next[name] = (steps // self._every[name] + 1) * self._every[name]
+        self._soonest = min(self._next.values())
 
     def is_due(self, steps: int) -> bool:
         """Return whether a log row, an evaluation or a checkpoint is due, or an interruption has been requested."""
-        if steps >= self._next:
+        if steps >= self._soonest:
             return True
         if self._context.interrupts.requested is None:
             return False
@@ -156,10 +155,9 @@ class RunMonitor:
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
         """Write a checkpoint if one is due or training stops."""
         stopping = self.stopped is not None or self._context.interrupts.requested is not None
-        if stopping or steps >= self._next_checkpoint:
+        if stopping or steps >= self._next["checkpoint"]:
             self.write_checkpoint(steps, save)
-            self._next_checkpoint = (steps // self._every + 1) * self._every
-            self._next = min(self._next_row, self._next_checkpoint, self._next_evaluation)
+            self._plan(steps, "checkpoint")
 
     def finish(self, save: Callable[[Path, Path | None], None]) -> None:
         """Write the final checkpoint, unless a checkpoint at this number of steps exists."""
@@ -196,7 +194,7 @@ class RunMonitor:
     def _write_row(self, steps: int) -> None:
         context = self._context
         evaluated: Mapping[str, float] = {}
-        if context.evaluation is not None and steps >= self._next_evaluation:
+        if context.evaluation is not None and steps >= self._next["evaluation"]:
             evaluated = context.evaluation.evaluate(steps)
             self.stopped = context.evaluation.why_stop()
         self.steps = steps
@@ -213,9 +211,7 @@ class RunMonitor:
         }
         self._metrics = {}
         # Do not plan the next checkpoint here, because a checkpoint that is due is written only after this row.
-        self._next_row = (steps // self._log_every + 1) * self._log_every
-        self._next_evaluation = (steps // self._evaluate_every + 1) * self._evaluate_every
-        self._next = min(self._next_row, self._next_checkpoint, self._next_evaluation)
+        self._plan(steps, "row", "evaluation")
         context.log.write(row)
         progress = self._progress(steps, elapsed, rate)
         if context.tell is not None and context.tell(progress) is False:

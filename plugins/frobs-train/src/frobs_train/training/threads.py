@@ -54,14 +54,8 @@ def processors_limited_to(count: int) -> Iterator[None]:
 
 def usable_processors() -> int:
     """Return the number of processors that this process may use, as limited by CPU affinity and the runner."""
-    usable = _affinity()
+    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return usable if _most is None else min(usable, _most)
-
-
-def _affinity() -> int:
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def decide_threads(config: RunConfig) -> Threads:

@@ -92,7 +92,6 @@ class Dimension(BaseModel):
         return self._bounded(new)
 
     def _bounded(self, value: float) -> Any:
-        """Return the nearest allowed number, including the prefix."""
         low, high = self._bounds
         if self.step is not None:
             value = low + round((value - low) / self.step) * self.step

@@ -88,6 +88,8 @@ class Session:
 
     def result(self) -> StudyResult:
         """Return the results of the study so far, and write ``best.yaml``."""
+        from sqlalchemy import make_url
+
         trials = results(self.study)
         complete = [trial for trial in trials if trial.state == "complete" and trial.value is not None]
         best = max(complete, key=lambda trial: trial.value or 0.0, default=None)
@@ -103,7 +105,7 @@ class Session:
             write_text(path, header + dump_yaml(config))
         return StudyResult(
             name=self.study.study_name,
-            storage=_without_password(self._storage),
+            storage=make_url(self._storage).render_as_string(hide_password=True),
             folder=self.folder,
             trials=trials,
             best=best,
@@ -258,9 +260,3 @@ def _space(search: Search, base: RunConfig) -> SearchSpace:
         except ConfigurationError:
             continue  # the value may be valid with other settings; if not, the trial fails
     return space
-
-
-def _without_password(url: str) -> str:
-    from sqlalchemy import make_url
-
-    return make_url(url).render_as_string(hide_password=True)

@@ -23,8 +23,6 @@ _FARTHEST = 10.0  # largest absolute observation to test, even if the space allo
 
 
 class _Impatient(Monitor):
-    """A monitor that stops training after the first progress report."""
-
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
         super().on_progress(steps, metrics)
         return False
@@ -199,7 +197,6 @@ def settings_count(subject: AlgorithmUnderTest) -> None:
 
 
 def _words(name: str) -> set[str]:
-    """Return the words of a setting's name, except single letters."""
     return {word for word in name.split("_") if len(word) > 1}
 
 

@@ -82,7 +82,6 @@ def _contents(path: Path) -> Iterator[tuple[str, bytes]]:
 
 
 def _holds_objects(content: bytes) -> bool:
-    """Return whether the content is a NumPy file whose array contains Python objects."""
     if not content.startswith(np.lib.format.MAGIC_PREFIX):
         return False
     try:

@@ -10,11 +10,10 @@ import numpy as np
 from frobs_core.contracts import CommandMode, Controller
 from frobs_core.models import JointType
 from frobs_core.plugins.records import Level
-from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.testing.checks import NotApplicable, expect, expect_capability, expect_keyword_only
 from frobs_devkit.testing.compare import expect_close, expect_rows, expect_same
-from frobs_devkit.testing.controller.under_test import NUM_ENVS, Bound, ControllerUnderTest
+from frobs_devkit.testing.controller.under_test import NUM_ENVS, ControllerUnderTest
 
 
 def keywords_are_keyword_only(subject: ControllerUnderTest) -> None:
@@ -75,7 +74,10 @@ def actions_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
                     raise NotApplicable(
                         "all joints are prismatic, so action elements may refer to Cartesian axes instead of joints"
                     )
-                changes = np.array([_change(bound, number) for number in range(len(names))])
+                changes = np.zeros((len(names), len(names)))  # of the commands between both bounds of each element
+                for number in range(len(names)):
+                    low, high = (bound.controller.apply(action).copy() for action in bound.extremes(number))
+                    changes[number] = (high - low).reshape(-1, len(names)).sum(axis=0)
         except ConfigurationError as error:
             raise NotApplicable(f"the controller does not support this joint group: {error}") from error
         moved = changes != 0.0
@@ -93,13 +95,6 @@ def actions_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
             f"larger actions move some joints forward and others backward: the signs are {signs} for the joints "
             f"{', '.join(names)}.",
         )
-
-
-def _change(bound: Bound, number: int) -> Floats:
-    """Return how much the commands increase from the minimum to the maximum of one element of the action, (dof,)."""
-    commands = [bound.controller.apply(action).copy() for action in bound.extremes(number)]
-    change: Floats = (commands[1] - commands[0]).reshape(-1, bound.robot.dof).sum(axis=0)
-    return change
 
 
 def commands_have_their_shape(subject: ControllerUnderTest) -> None:

@@ -93,7 +93,6 @@ def _expect_slow(joints: JointGroup, limit: Floats, problem: str) -> None:
 
 
 def _carries_weight(subject: ControllerUnderTest, robot: Robot, model: RobotModel, group: str) -> bool:
-    """Return whether a controller at rest holds an arm against gravity."""
     commands = []
     for gravity in (EARTH, WEIGHTLESS):
         with _placed(subject, robot, model, group, gravity) as (_, control, joints):

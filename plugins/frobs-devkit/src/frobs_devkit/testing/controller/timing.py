@@ -180,7 +180,6 @@ def parameters_count(subject: ControllerUnderTest) -> None:
 
 
 def _trace(subject: ControllerUnderTest) -> Floats:
-    """Return the commands for large and for random actions, with the robot's motion."""
     with subject.bind(gravity=EARTH) as bound:
         largest, smallest = bound.opposites()
         actions = [largest] * subject.count(8) + [smallest] * subject.count(8) + bound.actions(4, seed=14)

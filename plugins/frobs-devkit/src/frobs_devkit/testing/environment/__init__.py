@@ -43,8 +43,6 @@ def check_env(id: str, **kwargs: Any) -> list[Check]:
 
 
 def _if_able(function: Callable[[EnvUnderTest], None]) -> Callable[[EnvUnderTest], None]:
-    """Return a check that raises NotApplicable if the simulator lacks a required capability."""
-
     @wraps(function)
     def check(subject: EnvUnderTest) -> None:
         try:

@@ -105,7 +105,6 @@ def observation_elements_vary(subject: EnvUnderTest) -> None:
 
 
 def _constant_elements(rows: np.ndarray[Any, Any]) -> list[list[int]]:
-    """Return the indices of the elements that have the same value in all rows (k, …)."""
     return np.argwhere((rows == rows[0]).all(axis=0)).tolist()
 
 

@@ -31,7 +31,9 @@ def render_draws(subject: EnvUnderTest) -> None:
         with closing(subject.make(render_mode="rgb_array", **sized)) as env:
             env.reset(seed=0)
             picture = env.render()
-            _expect_picture(picture, _SIZE if ours else None)
+            expect_array(picture, (*(_SIZE if ours else np.shape(picture)[:2]), 3), np.uint8, "the result of render()")
+            colours = len(np.unique(picture.reshape(-1, 3), axis=0))
+            expect(colours > 1, "the image has a single color, so it shows nothing.")
             expect_same_play(expected, play(_Rendering(env), 14, actions), "an environment that renders at every step")
     except (CapabilityError, RenderingUnavailableError, gym.error.DependencyNotInstalled) as error:
         raise Inconclusive(str(error)) from error
@@ -42,9 +44,3 @@ class _Rendering(gym.Wrapper[Any, Any, Any, Any]):
         result = self.env.step(action)
         self.env.render()
         return result
-
-
-def _expect_picture(picture: Any, size: tuple[int, int] | None) -> None:
-    expect_array(picture, (*(size or np.shape(picture)[:2]), 3), np.uint8, "the result of render()")
-    colours = len(np.unique(picture.reshape(-1, picture.shape[-1]), axis=0))
-    expect(colours > 1, "the image has a single color, so it shows nothing.")

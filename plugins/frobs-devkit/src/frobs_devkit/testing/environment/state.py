@@ -40,7 +40,6 @@ def snapshot_continues(subject: EnvUnderTest) -> None:
 
 
 def _task_values(env: Any) -> dict[str, Any]:
-    """Return the task's reward and success in the current state, without stepping the environment."""
     task, context = inside(env).task, inside(env).step_context
     return {"reward()": np.array(task.reward(context)), "is_success()": np.array(task.is_success())}
 

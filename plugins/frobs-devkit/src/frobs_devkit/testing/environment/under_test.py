@@ -90,7 +90,6 @@ class EnvUnderTest:
         return gym.make_vec(self.self_importing_id, num_envs, **keywords, **{**self.kwargs, **kwargs})
 
     def _has_batch(self) -> bool:
-        """Return whether the environment has a native batch with a selectable autoreset mode."""
         entry_point = self.spec.vector_entry_point
         if entry_point is None:
             return False

@@ -41,7 +41,7 @@ def sensors_read(subject: RobotUnderTest) -> None:
     assert subject.simulator is not None
     links, capabilities = {link.name for link in subject.model.links}, subject.simulator.capabilities
     sensors = {
-        name: _without_faults(sensor)
+        name: replace(sensor, rate=None, noise=0.0, resolution=0.0, delay=0.0, dropout=0.0)  # without faults
         for name, sensor in subject.robot.sensors.items()
         if links >= set(sensor.frames)  # sensors_are_fixed reports sensors on unknown links
     }
@@ -83,7 +83,3 @@ def expect_sound(name: str, sensor: Sensor, read: np.ndarray) -> None:
             f"bumper '{name}' is pressed at home; add the objects that its links always touch to the bumper's "
             "'ignore' list.",
         )
-
-
-def _without_faults(sensor: Sensor) -> Sensor:
-    return replace(sensor, rate=None, noise=0.0, resolution=0.0, delay=0.0, dropout=0.0)

@@ -170,7 +170,6 @@ def _expect_wrench(subject: SimulatorUnderTest, expected: Floats, read: Floats, 
 
 
 def _expect_kept(subject: SimulatorUnderTest, sim: Simulation, held: Floats) -> None:
-    """Raise CheckFailure unless a restored snapshot includes the sensors' readings."""
     if subject.level("snapshot"):
         snapshot = sim.snapshot()
         sim.step(100)

@@ -112,7 +112,6 @@ def broken_meshes_are_refused(subject: SimulatorUnderTest) -> None:
 
 @contextmanager
 def _folder_for_temporary_files() -> Iterator[Path]:
-    """Use a separate folder for the temporary files of this process and its child processes."""
     kept, variable = tempfile.tempdir, os.environ.get("TMPDIR")
     with tempfile.TemporaryDirectory() as folder:
         tempfile.tempdir = os.environ["TMPDIR"] = folder
