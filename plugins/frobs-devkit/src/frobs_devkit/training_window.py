@@ -93,13 +93,11 @@ class _Window:
         self._checkpoint_seconds: float | None = None
 
     def is_due(self, steps: int) -> bool:
-        """Return whether the measurement has ended, or True if the updates are not timed."""
         if self._has_updates:
             self._look()
         return self._end is not None or not self._has_updates
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Return whether training should continue because the measurement is not complete."""
         self._reports += 1
         self._look()
         return self._end is None
@@ -108,7 +106,6 @@ class _Window:
         """Ignore episodes."""
 
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
-        """Measure the time to save a checkpoint once the rest of the measurement is complete."""
         if self._end is not None and self._checkpoint_seconds is None:
             self._save(save)
 

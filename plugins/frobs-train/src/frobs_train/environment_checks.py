@@ -66,7 +66,6 @@ class CheckedEnv(gym.Wrapper[Any, Any, Any, Any]):
         self._warned = set() if warned is None else warned
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Reset the environment."""
         returned: tuple[Any, dict[str, Any]] = self.env.reset(seed=seed, options=options)
         if not self._has_reset:
             if not (isinstance(returned, tuple) and len(returned) == 2 and isinstance(returned[1], dict)):
@@ -79,7 +78,6 @@ class CheckedEnv(gym.Wrapper[Any, Any, Any, Any]):
         return returned
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-        """Step the environment."""
         returned: tuple[Any, Any, bool, bool, dict[str, Any]] = self.env.step(action)
         if not self._has_stepped:
             if not (isinstance(returned, tuple) and len(returned) == 5 and isinstance(returned[4], dict)):

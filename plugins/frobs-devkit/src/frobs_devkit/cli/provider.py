@@ -16,14 +16,12 @@ class DevkitProvider(Provider):
     """Provider that draws robot sheets and the pictures of cameras."""
 
     def draw(self, robot: Robot, picture: Path) -> Path:
-        """Draw a robot in its home position and at its joint limits."""
         from frobs_devkit.robot_sheet import draw_robot_sheet
 
         model = robot.read_model()
         return draw_robot_sheet(robot, model, picture)
 
     def draw_cameras(self, id: str, keywords: Mapping[str, Any], picture: Path) -> Path:
-        """Draw what each camera of an environment sees after the first reset."""
         from frobs_devkit.camera_sheet import draw_camera_sheet
 
         return draw_camera_sheet(id, keywords, picture)

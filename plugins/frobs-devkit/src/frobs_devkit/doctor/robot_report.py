@@ -25,7 +25,6 @@ class Severity(Enum):
     NOTE = "note"
 
     def __str__(self) -> str:
-        """Return the severity as a word."""
         return self.value
 
 

@@ -209,7 +209,7 @@ CHECKS = (
     reading_changes_nothing,
     default_timestep_is_a_default,
     api.unknown_keyword_refused,
-    *checks_in("frobs_devkit.testing.environment", "outputs seeding rewards state success"),
+    *checks_in("frobs_devkit.testing.environment", "outputs seeding rewards success"),
     lifecycle.reset_options_hold,
     lifecycle.options_hold_by_row,
     step_results.step_shows_its_action,

@@ -20,11 +20,9 @@ class TrainProvider(Provider):
     kind = "run"
 
     def environment(self, id: str, record: EnvironmentRecord) -> dict[str, Any]:
-        """Return the entry ``pretrained``: facts about the ID's trained policy, or None if no such policy exists."""
         return {"pretrained": _pretrained(id) if record.pretrained else None}
 
     def column(self, facts: Mapping[str, Any]) -> tuple[str, str]:
-        """Return the column heading and the success rate of the pretrained policy."""
         policy = facts.get("pretrained")
         if policy is None:
             return "pretrained", ""
@@ -32,14 +30,12 @@ class TrainProvider(Provider):
         return "pretrained", "damaged" if "error" in policy else "yes" if rate is None else percent(rate)
 
     def readable_environment(self, facts: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the entry ``pretrained`` in human-readable form."""
         policy = facts.get("pretrained")
         if not policy or "error" in policy:
             return {}
         return {"pretrained": _readable(str(facts["name"]), policy)}
 
     def describes(self, name: str) -> bool:
-        """Return whether a path is a run folder."""
         return (Path(name) / "config.yaml").is_file()
 
     def describe(self, name: str) -> dict[str, Any]:
@@ -68,7 +64,6 @@ class TrainProvider(Provider):
         }
 
     def readable(self, facts: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the facts about a run in a short, human-readable form."""
         shown: dict[str, Any] = {key: facts[key] for key in ("kind", "name", "environment")}
         shown |= facts["environment_kwargs"]
         if facts["config"]["randomize"]:

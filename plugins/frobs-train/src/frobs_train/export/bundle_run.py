@@ -87,7 +87,6 @@ class BundlePolicy(Policy):
         self._policy = frobs_deploy.Policy(bundle)
 
     def act(self, observation: Observation, episode_start: Mask) -> Action:
-        """Return the bundle's actions."""
         self._policy.reset(None if episode_start.all() else episode_start)
         return cast("Action", self._policy.act(observation))
 

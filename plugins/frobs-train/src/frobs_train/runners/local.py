@@ -49,5 +49,4 @@ class LocalRunner(Runner):
         on_trial: Callable[[StudyResult, TrialResult], None] | None = None,
         on_progress: Callable[[int, int, Progress], None] | None = None,
     ) -> StudyResult:
-        """Search for settings, running one trial after another."""
         return tune(search, on_trial, on_progress)

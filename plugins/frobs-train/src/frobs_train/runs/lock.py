@@ -37,7 +37,6 @@ class RunLock:
         self._descriptor: int | None = None
 
     def __enter__(self) -> Self:
-        """Acquire the lock, or raise RunBusyError."""
         while not self._acquire():
             pass
         return self

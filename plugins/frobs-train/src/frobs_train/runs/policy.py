@@ -36,12 +36,10 @@ class AlgorithmPolicy(Policy):
         self._state: tuple[np.ndarray[Any, Any], ...] | None = None
 
     def act(self, observation: Observation, episode_start: Mask) -> Action:
-        """Return the algorithm's actions, and keep the state of a recurrent policy."""
         action, self._state = self._algorithm.predict(observation, self._state, episode_start, self._deterministic)
         return action
 
     def remember(self, action: Action) -> None:
-        """Replace the latest actions in the algorithm's state."""
         self._state = self._algorithm.remembered(self._state, action)
 
 
@@ -121,12 +119,10 @@ class TrainedPolicy(Policy):
         self._policy = AlgorithmPolicy(algorithm, self._deterministic)
 
     def act(self, observation: Observation, episode_start: Mask) -> Action:
-        """Return the actions of the trained policy."""
         assert self._policy is not None, "bind() was not called"
         return self._policy.act(observation, episode_start)
 
     def remember(self, action: Action) -> None:
-        """Replace the latest actions in the memory of the trained policy."""
         assert self._policy is not None, "bind() was not called"
         self._policy.remember(action)
 
@@ -138,7 +134,6 @@ class PretrainedPolicy(TrainedPolicy):
         super().__init__("pretrained")
 
     def run(self, environment: str) -> Run:
-        """Return the bundle of an ID."""
         return open_pretrained(environment)
 
 

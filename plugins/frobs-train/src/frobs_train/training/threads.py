@@ -31,7 +31,6 @@ class Threads:
     torch: int | None
 
     def __str__(self) -> str:
-        """Return a short description."""
         shares = [("simulator", self.simulator), ("torch", self.torch)]
         named = ", ".join(f"{name} {_count(number, 'thread')}" for name, number in shares if number is not None)
         return _count(self.processors, "processor") + (f": {named}" if named else "")

@@ -35,12 +35,10 @@ class Aim(gym.Env[Any, Any]):
         self.action_space = gym.spaces.Discrete(2) if discrete else gym.spaces.Box(2.0, 6.0, (1,), np.float32)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Return the first number."""
         super().reset(seed=seed)
         return self._show(), {}
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Return the next number, and the reward of the action that was chosen for the previous number."""
         reward = float(self.rewards(self._shown[None], np.asarray(action)[None])[0])
         return self._show(), reward, self._terminates, False, {}
 
@@ -66,13 +64,11 @@ class Choice(gym.Env[Any, Any]):
     action_space = gym.spaces.Discrete(2)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Return the observation before the choice."""
         super().reset(seed=seed)
         self._is_first = True
         return np.ones(1, np.float32), {}
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Return the observation after the choice, and the reward."""
         at_once = self._is_first and int(action) == 0
         self._is_first = False
         return -np.ones(1, np.float32), 2.6 if at_once else 1.0, at_once, False, {}

@@ -12,7 +12,7 @@ from frobs_core.kernel.robot_config import find_record
 from frobs_core.plugins.records import Level, SimulatorRecord
 from frobs_core.sensing.randomization import find_units, physical_parameters
 from frobs_devkit.testing.checks import NotApplicable, after
-from frobs_devkit.testing.environment import seeding, state, vector
+from frobs_devkit.testing.environment import seeding, vector
 from frobs_devkit.testing.environment.under_test import EnvUnderTest, inside
 
 _PHYSICS: Mapping[str, Mapping[str, Any]] = {
@@ -35,7 +35,7 @@ def randomized_equals_single(subject: EnvUnderTest) -> None:
 def randomized_state_is_complete(subject: EnvUnderTest) -> None:
     """With all randomization enabled, a restored batch continues as before, and a seeded reset discards all history."""
     randomized = _randomize_everything(subject)
-    state.snapshot_continues(randomized)
+    seeding.snapshot_continues(randomized)
     seeding.reset_forgets_history(randomized)
 
 
@@ -76,7 +76,7 @@ def sensors_may_be_bad(subject: EnvUnderTest) -> None:
         raise NotApplicable("the robot has no sensors")
     spoiled = EnvUnderTest(subject.id, {**subject.kwargs, "sensors": bad})
     vector.disabled_equals_single(spoiled)
-    state.snapshot_continues(spoiled)
+    seeding.snapshot_continues(spoiled)
 
 
 def _spoil(sensor: Sensor, control_timestep: float) -> Sensor:

@@ -29,7 +29,6 @@ class RobotUnderTest:
 
     @property
     def model(self) -> RobotModel:
-        """The parsed model file."""
         return self.robot.read_model()
 
     @property

@@ -9,8 +9,7 @@ from frobs_devkit.testing.simulator.under_test import SimulatorUnderTest
 
 CHECKS = checks_in(
     __name__,
-    "contract kinematics model_files drive dynamics stepping pacing state world bodies contacts forces rendering "
-    "parameters",
+    "contract kinematics model_files drive dynamics stepping pacing world bodies contacts forces rendering parameters",
 )
 """All simulator checks, in the order in which they run."""
 

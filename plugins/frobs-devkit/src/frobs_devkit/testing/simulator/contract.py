@@ -18,7 +18,7 @@ from frobs_core.util.errors import FrobsError, SimulationError, UnknownNameError
 from frobs_devkit.testing.checks import NotApplicable, expect, expect_raises
 from frobs_devkit.testing.compare import expect_array, expect_close, expect_rows, expect_same
 from frobs_devkit.testing.simulator.robots import ARM, LIFT, model_of
-from frobs_devkit.testing.simulator.state import FLOATING
+from frobs_devkit.testing.simulator.stepping import FLOATING
 from frobs_devkit.testing.simulator.under_test import (
     BALL,
     TIMESTEP,
