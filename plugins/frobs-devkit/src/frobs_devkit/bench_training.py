@@ -65,8 +65,7 @@ def bench_training(config: RunConfig, *, steps: int | None = None, suggest: bool
 
     Raises:
         UnknownNameError: The environment ID or the algorithm does not exist.
-        ConfigurationError: A setting or keyword is invalid, or the algorithm does not support the environment's action
-            space.
+        ConfigurationError: A setting or keyword is invalid, or does not suit the algorithm.
     """
     if steps is not None:
         whole_number("steps", steps, lowest=1)

@@ -10,8 +10,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-_ENOUGH = 0.9
-"""Fraction of the highest measured speed that is considered fast enough."""
+_ENOUGH = 0.9  # fraction of the highest measured speed that is considered fast enough
 
 
 class Stopwatch:

@@ -14,21 +14,13 @@ from frobs_devkit.timing import choose_num_envs
 from frobs_devkit.training_window import SIMULATION, UPDATES, MeasuredTraining, measure_training
 from frobs_train import RunConfig, decide_threads, make_training_env
 
-_SIZES = tuple(2**k for k in range(3, 11))
-"""Values of ``num_envs`` to try."""
-
-_WORTHWHILE = 1.1
-"""Minimum speedup for which a change is suggested."""
-
-_TRY_SECONDS = 0.1
-"""Time to step the environments for each tested number of environments or threads [s]."""
-
+_SIZES = tuple(2**k for k in range(3, 11))  # values of ``num_envs`` to try
+_WORTHWHILE = 1.1  # minimum speedup for which a change is suggested
+_TRY_SECONDS = 0.1  # time to step the environments for each tested number of environments or threads [s]
 _SIZES_SECONDS = 2.0
 """Time limit for creating and testing environments of all sizes [s], after which the remaining sizes are skipped."""
 
-_UPDATES_SECONDS = 1.0
-"""Time to measure the updates for each tested number of threads [s]."""
-
+_UPDATES_SECONDS = 1.0  # time to measure the updates for each tested number of threads [s]
 _THREADS = {
     SIMULATION: ("threads.simulator", "a step of the environments"),
     UPDATES: ("threads.torch", "a round of updates"),

@@ -16,11 +16,8 @@ from frobs_train import RunConfig, prepare_training
 
 SIMULATION, UPDATES, OTHER, ALGORITHM = "simulation", "updates", "other", "algorithm"
 
-_WARM_UP = 2
-"""Number of unmeasured update rounds at the start of the training run, during which JAX compiles."""
-
-_LONGEST_WARM_UP = 30.0
-"""Maximum duration of the warm-up [s], after which the measurement starts even without updates."""
+_WARM_UP = 2  # number of unmeasured update rounds at the start of the training run, during which JAX compiles
+_LONGEST_WARM_UP = 30.0  # maximum duration of the warm-up [s], after which the measurement starts even without updates
 
 
 @dataclass(frozen=True)

@@ -33,8 +33,7 @@ class Finding:
     """One problem or noteworthy fact.
 
     Attributes:
-        code: Machine-readable kind of the finding: a code such as ``"overlap-at-home"``, or the rule that the file
-            reader applied.
+        code: Kind of the finding: a code such as ``"overlap-at-home"``, or the rule that the file reader applied.
         severity: Severity of the finding.
         about: Affected object, such as ``"link 'forearm'"``.
         problem: Description of the problem.
@@ -65,8 +64,7 @@ class DriveFacts:
         damping: Derivative gain Kd [N·m·s/rad or N·s/m].
         bandwidth: Bandwidth of the drive at ``inertia`` [Hz].
         time_constant: Time in which a position error decreases to about a third of its initial value [s].
-        holding_effort: Effort that holds the joint against gravity in the home position, with the root link upright and
-            fixed [N·m or N].
+        holding_effort: Effort that holds the joint against gravity at home, with an upright, fixed root [N·m or N].
     """
 
     inertia: float
@@ -83,8 +81,7 @@ class JointFacts:
 
     Attributes:
         name: Name in the file.
-        joint_type: Type of the joint: ``revolute``, ``continuous``, ``prismatic``, ``fixed``, ``floating`` or
-            ``planar``.
+        joint_type: ``revolute``, ``continuous``, ``prismatic``, ``fixed``, ``floating`` or ``planar``.
         parent: Parent link.
         child: Child link.
         unit: Unit of the joint's position: ``rad`` or ``m``, or an empty string if the joint has no position.
@@ -125,8 +122,7 @@ class LinkFacts:
         name: Name in the file.
         mass: Mass [kg], or None if the file does not define a mass.
         center_of_mass: Center of mass in the link's frame [m], or None if the file does not define a mass.
-        principal_moments: Principal moments of inertia in ascending order [kg·m²], or None if the file does not define
-            a mass.
+        principal_moments: Principal moments of inertia in ascending order [kg·m²], or None if there is no mass.
         visuals: Number of visual shapes.
         collisions: Number of collision shapes.
         size: Edge lengths of the bounding box of the collision shapes, or of the visual shapes if no collision shape
@@ -187,8 +183,7 @@ class TranslatedElement:
     Attributes:
         element: Kind of the element, which is a key of ``frobs_models.ELEMENTS``.
         names: Names of the links or joints to which the translation applies.
-        treatment: ``kept``, ``approximated``, ``dropped``, or ``unknown`` if the simulator does not report how it
-            translates the element.
+        treatment: ``kept``, ``approximated``, ``dropped``, or ``unknown`` if the simulator does not report it.
         how: Replacement of the element, or description of what is lost.
         changes_motion: Whether the translation changes the robot's motion.
     """

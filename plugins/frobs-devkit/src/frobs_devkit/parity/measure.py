@@ -61,10 +61,8 @@ def measure_parity(
 
     Args:
         environment: Gymnasium ID of a FRobs environment.
-        simulators: Names of the simulators, starting with the reference. A simulator that is listed twice is compared
-            with itself.
-        run: Run whose policy is evaluated and whose environment keywords are used. Without a run, no policy is
-            evaluated.
+        simulators: Names of the simulators, the reference first. One that is listed twice is compared with itself.
+        run: Run whose policy is evaluated and whose environment keywords are used, or None for no policy.
         actions: Action file to replay. Defaults to generated smooth actions.
         only: Names of the measurements to perform. Defaults to all measurements.
         episodes: Number of episodes for evaluating the policy, at least 1.

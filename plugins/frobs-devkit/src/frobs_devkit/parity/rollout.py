@@ -78,8 +78,7 @@ def _play(env: RobotEnv, seed: int, actions: np.ndarray[Any, Any]) -> Rollout:
 def free_steps(subject: Subject, rollout: Rollout) -> int:
     """Return the number of steps before the robot touched something or a joint reached its limit.
 
-    The same commands are replayed with the robot in an empty scene. The robot is considered to move freely as long as
-    both motions are equal.
+    The same commands are replayed in an empty scene. The robot moves freely as long as both motions are equal.
     """
     lower, upper = np.array([(j.limits.lower, j.limits.upper) for j in subject.placement.model.actuated_joints]).T
     with subject.simulate(subject.alone()) as (simulation, robot):

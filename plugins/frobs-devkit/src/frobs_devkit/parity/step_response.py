@@ -133,8 +133,7 @@ def choose_effort_limits(subject: Subject, commands: Floats) -> tuple[Floats, li
 def _error_of_the_step_size(subject: Subject, commands: Floats, limits: Floats, found: Sequence[Motion]) -> Floats:
     """Return the estimated difference between the subject's motion and the motion with very short physics steps.
 
-    Engines use first-order integration, so halving the step size halves the error. The error is therefore twice the
-    change in the motion.
+    With first-order integration, halving the step size halves the error, which is twice the change in the motion.
     """
     finer = replace(subject, physics_timestep=subject.physics_timestep / 2.0)
     change = differences(found, _record(finer, commands, limits, subject.physics_timestep))

@@ -14,8 +14,7 @@ class Tolerance:
         exact: Tolerance if both simulators claim exact support of the relevant capability.
         approximate: Tolerance if at least one simulator only claims approximate support.
         unit: Unit of both tolerances.
-        share: Whether ``approximate`` is a fraction of the range of the motion or reward, instead of a value in
-            ``unit``.
+        share: Whether ``approximate`` is a fraction of the range of the motion or reward, not in ``unit``.
         reason: Reason for both tolerances.
     """
 

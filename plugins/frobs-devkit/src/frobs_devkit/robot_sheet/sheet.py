@@ -46,8 +46,7 @@ def draw_robot_sheet(robot: Robot, model: RobotModel, path: Path | str, simulato
 
     Raises:
         RenderingUnavailableError: This machine cannot render.
-        ConfigurationError: matplotlib or a simulator that can render is not installed, or the file name does not end in
-            ``.png``.
+        ConfigurationError: matplotlib or a simulator that renders is missing, or the file name has another ending.
         ModelFileError: The simulator cannot build the robot.
     """
     target = Path(path)

@@ -97,8 +97,7 @@ def render(context: Mapping[str, Any], output: Path) -> Path:
         The plugin's folder.
 
     Raises:
-        ConfigurationError: The folder already exists, a name is already in use, or the robot's model file is
-            unsuitable.
+        ConfigurationError: The folder exists, a name is already in use, or the robot's model file is unsuitable.
         ModelFileError: The robot's model file cannot be read.
     """
     target: Path = output / context["__folder"]

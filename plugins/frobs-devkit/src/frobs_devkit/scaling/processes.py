@@ -22,15 +22,9 @@ from frobs_core.util.plain import to_json
 from frobs_devkit.scaling.results import CLUSTER, ScalingPoint
 from frobs_train import Job, Report, RunConfig, Runner
 
-_WINDOWS = 5
-"""Number of time windows in a measurement. The result is the median over these windows."""
-
-_PATIENCE = 120.0
-"""Maximum time for all processes on this machine to start [s]."""
-
-_CLUSTER_PATIENCE = 60.0
-"""Maximum time between the starts of the first and the last process on a cluster [s]."""
-
+_WINDOWS = 5  # number of time windows in a measurement. The result is the median over these windows
+_PATIENCE = 120.0  # maximum time for all processes on this machine to start [s]
+_CLUSTER_PATIENCE = 60.0  # maximum time between the starts of the first and the last process on a cluster [s]
 _VARIABLES = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # NumPy's own threads would distort the measurement
 
 

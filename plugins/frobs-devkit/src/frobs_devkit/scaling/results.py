@@ -10,8 +10,7 @@ NUM_ENVS, THREADS, PROCESSES, CLUSTER = "num_envs", "threads", "processes", "clu
 """Names of the sweeps, each of which varies one size."""
 
 
-_UNDISTURBED = 0.8
-"""Minimum ratio of processor time to elapsed time at which a process is considered undisturbed."""
+_UNDISTURBED = 0.8  # minimum ratio of processor time to elapsed time at which a process is considered undisturbed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,8 +18,7 @@ class ScalingPoint:
     """Measured speed and memory use for one size, such as 64 environments.
 
     Attributes:
-        sweep: Name of the size that the sweep varies: ``num_envs``, ``threads``, ``processes`` or ``cluster``
-            (processes on a cluster).
+        sweep: Size that the sweep varies: ``num_envs``, ``threads``, ``processes`` or ``cluster`` processes.
         num_envs: Number of environments in each process.
         threads: Number of simulator threads in each process.
         processes: Number of processes that step environments at the same time.
@@ -69,8 +67,7 @@ class ScalingResult:
         num_envs: Number of environments per process in the sweeps over threads and processes: the smallest measured
             number that reaches 90 % of the best speed with one thread.
         memory_per_process: Estimated memory of a process without environments [B].
-        memory_per_env: Memory of each additional environment [B], or None if only one number of environments was
-            measured.
+        memory_per_env: Memory of each additional environment [B], or None if there was only one size.
         machine: Processor, operating system and Python.
         processors: Number of processors available to the measurement.
         load: Average number of runnable processes in the minute before the measurement.

@@ -27,8 +27,7 @@ from frobs_devkit.testing.robot import check_robot
 from frobs_devkit.testing.simulator import check_simulator
 from frobs_devkit.testing.task import check_task
 
-_VERSION = re.compile(r"-v\d+$")
-"""Pattern for the end of most environment IDs."""
+_VERSION = re.compile(r"-v\d+$")  # pattern for the end of most environment IDs
 
 
 @dataclass(frozen=True)
@@ -69,10 +68,8 @@ class Subject:
         Args:
             robot: Robot for checks of controllers, tasks and environments. Defaults to the robot of the task or
                 environment, or to one of the kit's robots for a controller.
-            simulator: Simulator for the checks. Defaults to the object's own simulator, or to all importable simulators
-                for a robot.
-            settings: Settings of an algorithm, keyword arguments of an environment, task or controller, or fields of a
-                sensor.
+            simulator: Simulator for the checks. Defaults to the object's own, or to all simulators for a robot.
+            settings: Settings of an algorithm, keywords of an environment, task or controller, or fields of a sensor.
             steps: Number of environment steps in an algorithm's training run.
 
         Raises:

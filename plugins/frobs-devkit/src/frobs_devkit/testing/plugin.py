@@ -28,9 +28,7 @@ _BASES: dict[str, type] = {
     "task": Task,
     "algorithm": Algorithm,
 }
-_PREVIOUS = "0.2.999"
-"""A version of the core before the installed one, for which plugins still work."""
-
+_PREVIOUS = "0.2.999"  # a version of the core before the installed one, for which plugins still work
 _SLOWEST = 5.0  # [s], maximum duration of an import, even on a slow machine
 _ID = re.compile(r"[\w.-]+/[\w.-]+-v\d+")
 

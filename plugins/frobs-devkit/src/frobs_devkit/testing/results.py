@@ -15,8 +15,7 @@ from frobs_devkit.doctor.requirements import required_versions
 from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, NotApplicable
 
 _STATUSES: Mapping[type[Exception], str] = {Inconclusive: "inconclusive", NotApplicable: "not_applicable"}
-_DECIDING = ("gymnasium", "numpy")
-"""Requirements of frobs-core whose versions can change numerical results."""
+_DECIDING = ("gymnasium", "numpy")  # requirements of frobs-core whose versions can change numerical results
 
 
 @dataclass(frozen=True)
@@ -96,8 +95,7 @@ def run_checks(
     Args:
         checks: Result of a ``check_…`` function.
         on_result: Function that is called with each result, for example to show the progress.
-        expected_failures: Reasons for expected failures, by check name. A check that is expected to fail but passes is
-            reported as failed.
+        expected_failures: Reasons for expected failures, by check name. If such a check passes, it is reported as failed.
 
     Raises:
         UnknownNameError: ``expected_failures`` contains an unknown check name.
@@ -131,8 +129,7 @@ def pytest_checks(
 
     Args:
         checks: Result of a ``check_…`` function.
-        expected_failures: Reasons for expected failures, by check name. A check that is expected to fail but passes is
-            reported as failed.
+        expected_failures: Reasons for expected failures, by check name. If such a check passes, it is reported as failed.
         allow_inconclusive: If False, inconclusive checks are reported as failed.
 
     Raises:

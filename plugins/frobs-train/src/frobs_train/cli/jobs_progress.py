@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from frobs_train import Progress
     from frobs_train.runners.runner import Outcome
 
-_LINE_EVERY = 10.0
-"""Interval between plain progress lines [s]."""
+_LINE_EVERY = 10.0  # interval between plain progress lines [s]
 
 
 def collect_outcomes(

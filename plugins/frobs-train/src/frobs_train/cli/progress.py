@@ -13,8 +13,7 @@ if TYPE_CHECKING:
 
     from frobs_train import Progress
 
-_LINE_EVERY = 10.0
-"""Interval between plain progress lines [s]."""
+_LINE_EVERY = 10.0  # interval between plain progress lines [s]
 
 
 class TrainingProgress:

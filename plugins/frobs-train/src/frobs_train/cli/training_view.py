@@ -12,8 +12,7 @@ from pathlib import Path
 from frobs_cli.commands import installed_commands
 from frobs_core.util.errors import MissingDependencyError
 
-_END = 5.0
-"""Time after which a view that does not end by itself is killed [s]."""
+_END = 5.0  # time after which a view that does not end by itself is killed [s]
 
 
 def check_view() -> None:

@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     from frobs_train import Progress, StudyResult, TrialResult
     from frobs_train.runners.runner import Runner
 
-_SHOWN = 10
-"""Maximum number of trials in the table."""
+_SHOWN = 10  # maximum number of trials in the table
 
 
 def tune(

@@ -83,8 +83,7 @@ class Comparison:
         source: What the learning curves show: ``"evaluation"`` or ``"training"``.
         over: What the learning curves are drawn over: ``"steps"`` or ``"time"`` [s].
         groups: Groups, ordered by environment and then from best to worst.
-        improvements: Probability of improvement for each pair of groups in the same environment, with the better group
-            first.
+        improvements: Probability of improvement for each pair of groups in an environment, the better group first.
         aggregates: Results over all environments, best first, if there are several and the metric is success.
         notes: Caveats about the numbers, for example unfinished runs or runs without an evaluation.
     """
@@ -124,16 +123,14 @@ def compare(
 
     The result of a run is taken from its newest evaluation. If there is no evaluation, the result is the mean over the
     last tenth of training. Confidence intervals are 95 % stratified bootstrap intervals with a fixed random seed.
-    Environments are compared separately. Groups with the same name and runs in every environment are also compared over
-    all environments.
+    Environments are compared separately, and all together for groups with runs in each of them.
 
     Args:
         runs: One or more runs to compare.
         metric: Metric to compare. Defaults to success if every environment reports it, else to reward.
         threshold: Target value of the metric. The comparison includes the number of environment steps that each run
             needs to reach this value. Defaults to 0.95 for success and to no threshold for reward.
-        evaluations: Mapping from run folders to the fields of an :class:`frobs_train.Evaluation`, used instead of each
-            run's newest evaluation.
+        evaluations: Fields of an :class:`frobs_train.Evaluation` to use instead of a run's newest one, by run folder.
         source: What the learning curves show. Defaults to evaluations during training, or if a run has none, to the
             episodes of training, in which the policy explores.
         over: What the learning curves are drawn over: environment steps, or the time of training [s].

@@ -20,9 +20,7 @@ _INDIFFERENT = (
 )
 """Settings that do not distinguish groups: the seed, and settings that do not affect learning."""
 
-_SPOKEN = ("environment", "algorithm")
-"""Settings whose values appear in a label without the name of the setting."""
-
+_SPOKEN = ("environment", "algorithm")  # settings whose values appear in a label without the name of the setting
 _MOST = 3
 """Maximum number of settings in a label. If more settings differ, the label shows the name of a run folder instead."""
 

@@ -16,8 +16,7 @@ _FLAGS = ("num_envs", "steps")
 def training_command(config: RunConfig) -> str | None:
     """Return the shortest ``frobs train`` command that resolves to a configuration.
 
-    Return None if no command resolves to this configuration, for example because tuned settings or installed packages
-    have changed.
+    Return None if there is none, for example because tuned settings or installed packages have changed.
     """
     flags: dict[str, Any] = {"algorithm": config.algorithm, "seed": config.seed}
     words = ["frobs", "train", config.environment]

@@ -72,8 +72,7 @@ class RunConfig(BaseModel):
         randomize: Randomization of environments and episodes during training, see
             :mod:`frobs_core.sensing.randomization`. Evaluations are randomized only on request.
         reset_from: Settings of the reverse curriculum, or None for no curriculum. Evaluations never use the curriculum.
-        stagger: Whether to end the first episodes at random times, so that the environments do not all reach the time
-            limit at the same step.
+        stagger: Whether to end the first episodes at random times, so that the environments do not stay in step.
         algorithm: Name of the algorithm.
         algorithm_config: Settings of the algorithm.
         num_envs: Number of environments in the vector environment.

@@ -40,8 +40,7 @@ class Evaluation:
         mean_reward: Mean undiscounted return per episode.
         mean_length: Mean episode length [control steps].
         steps_to_success: Mean over the successful episodes of the number of control steps after which the environment
-            reported success and then reported it at every step until the episode ended. None if no episode was
-            successful.
+            reported success until the episode ended, or None if no episode was successful.
         tracking_error: Mean tracking error [m] in the second half of each episode, after the robot has had time to
             approach the target. None if the task has no tracking error.
         episodes: Number of episodes.
@@ -97,13 +96,11 @@ def evaluate(
         run: The run.
         episodes: Exact number of episodes, ≥ 1.
         simulator: Name of the simulator. Defaults to the training run's simulator.
-        randomize: False for the nominal models, True for the training run's randomization, or a mapping with other
-            randomization settings.
+        randomize: False for the nominal models, True for the training run's randomization, or other settings.
         seed: Seed of the episodes, ≥ 0. Defaults to the run's seed.
         num_envs: Number of environments in the vector environment, ≥ 1. By default, the number is chosen automatically.
         deterministic: Whether to use the policy's deterministic actions instead of sampling.
-        checkpoint: Checkpoint to use: ``"newest"``, ``"best"`` according to evaluations during training, or a number of
-            environment steps.
+        checkpoint: ``"newest"``, ``"best"`` according to evaluations during training, or a number of environment steps.
         on_progress: Called after each step with the number of finished episodes.
         longest_episode: Number of steps after which an episode that has not ended is an error, ≥ 1. Defaults to the
             run's setting. Environments with a time limit are not affected.

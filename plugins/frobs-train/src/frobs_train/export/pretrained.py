@@ -43,8 +43,7 @@ def describe_pretrained(bundle: Bundle) -> dict[str, Any]:
 def claimed_evaluation(bundle: Bundle, simulator: str | None = None) -> Mapping[str, Any] | None:
     """Return the bundle's evaluation with the most episodes, or None if there is no suitable evaluation.
 
-    Only evaluations with the given simulator and the nominal models are considered. ``simulator`` defaults to the
-    training run's simulator.
+    Only evaluations of the nominal models count, in the given simulator or that of the training run.
     """
     evaluations = (bundle.manifest.get("training") or {}).get("evaluations") or []
     nominal = [row for row in evaluations if row.get("simulator") == simulator and not row.get("randomize")]

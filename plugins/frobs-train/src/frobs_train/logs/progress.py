@@ -147,8 +147,7 @@ def read_columns(run: Path) -> dict[str, Floats]:
 def smooth(values: Floats, weights: Floats, window: float = 0.04) -> Floats:
     """Return the weighted moving mean of a column, as an array of shape (rows,).
 
-    The window spans the fraction ``window`` of all rows. NaN values are ignored. A result is NaN if its window contains
-    only NaN values.
+    The window spans the fraction ``window`` of all rows. NaN values are ignored, unless a window has no others.
     """
     half = int(window * len(values) / 2)
     valid = np.isfinite(values)

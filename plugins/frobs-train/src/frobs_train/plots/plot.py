@@ -77,8 +77,7 @@ def plot_runs(
         The path of the written file.
 
     Raises:
-        RunError: matplotlib is not installed, no runs are given, a run has no log yet, or the source is evaluations but
-            a run has none.
+        RunError: matplotlib is missing, no runs are given, or a run has no log or no evaluations to show.
         ParameterValueError: The format of the file is unknown.
     """
     curves = [_Curves(run, read_columns(run.path), over) for run in runs]

@@ -38,8 +38,7 @@ class RunnerOptions:
     """Options of a runner.
 
     Attributes:
-        address: Address of the cluster to join. Defaults to the address in the environment variables, or else to a new
-            cluster on this machine.
+        address: Address of the cluster. Defaults to that of the environment variables, or else to a new cluster.
         processors: Number of processors per job, or None for the runner's default.
         memory: Memory per job [B], or None for the job's own estimate.
     """

@@ -42,8 +42,7 @@ def train_seeds(
         run_dir: Parent folder of the run folders ``seed0``, ``seed1``, …. By default, each run folder is
             ``runs/<ID>/<algorithm>_seed<seed>``.
         on_progress: Called with the index of a seed and the progress of its run.
-        on_existing: How to handle existing run folders, see :func:`frobs_train.train`. With ``"resume"``, complete runs
-            are not trained again.
+        on_existing: See :func:`frobs_train.train`. With ``"resume"``, complete runs are not trained again.
 
     Yields:
         The outcome of each seed as soon as its run has ended. The result of an outcome is a mapping with the keys

@@ -16,8 +16,7 @@ from frobs_train.runs.run import Run
 def copy_run(source: Path, target: Path) -> None:
     """Copy the files needed to continue a run to a new folder. Checkpoint files are hard-linked.
 
-    The copy starts new runs in Weights & Biases and MLflow, because its later log rows differ from those of the
-    original run.
+    The copy has log rows of its own, so it starts new runs in Weights & Biases and MLflow.
     """
     left_out = {LOCK, *(f"{name}.json" for name in SERVICES)}
     target.mkdir(parents=True)

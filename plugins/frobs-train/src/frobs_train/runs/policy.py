@@ -48,12 +48,10 @@ class TrainedPolicy(Policy):
 
     Args:
         path: The path, or a run or bundle that is already open.
-        checkpoint: Checkpoint of a run: ``"newest"`` for the newest undamaged checkpoint, ``"best"``, or a number of
-            environment steps.
+        checkpoint: ``"newest"`` for the newest undamaged checkpoint of a run, ``"best"``, or a number of steps.
         deterministic: Whether to use deterministic actions instead of sampling.
         algorithm: Name of a model file's algorithm. By default, the name is read from the file.
-        trust: Whether to also open a model file that executes code when it is loaded, and a bundle that names files,
-            modules or wrappers.
+        trust: Whether to open a model file that executes code, and a bundle that names files, modules or wrappers.
 
     Attributes:
         steps: Number of environment steps for which the policy was trained, or 0 before :meth:`bind`.

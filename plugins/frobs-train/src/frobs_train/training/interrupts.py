@@ -1,7 +1,6 @@
 """Handle Ctrl-C and SIGTERM.
 
-The first signal stops training at the next point from which training can resume exactly. A second signal stops training
-immediately.
+The first signal stops training where it can resume exactly. A second signal stops training immediately.
 """
 
 from __future__ import annotations

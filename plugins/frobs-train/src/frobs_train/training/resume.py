@@ -62,8 +62,7 @@ def resume(
         The run. A complete run is returned unchanged.
 
     Raises:
-        RunError: The folder is not a writable run folder, or a setting that must stay constant during a run was
-            changed.
+        RunError: The folder is not a writable run folder, or a setting that cannot change has changed.
         RunBusyError: Another process is training in the folder.
         ConfigurationError: ``steps`` is below the number of steps already taken, or a setting is invalid.
         CheckpointError: Checkpoints exist, but none of them is usable.

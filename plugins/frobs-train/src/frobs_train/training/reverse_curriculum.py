@@ -22,8 +22,7 @@ _AT_FRONT = 0.5
 """Probability that an episode that begins on the expert's path begins at the front. Otherwise, the episode begins
 between the front and the end of the path."""
 
-_EPISODES = 50
-"""Number of episodes that must have begun at the front before the front can move."""
+_EPISODES = 50  # number of episodes that must have begun at the front before the front can move
 
 
 class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):

@@ -111,8 +111,7 @@ def prepare_training(
 
     Raises:
         UnknownNameError: The environment ID or algorithm does not exist.
-        ConfigurationError: A setting or keyword argument is invalid, or the algorithm does not support the action
-            space.
+        ConfigurationError: A setting or keyword argument is invalid, or does not suit the algorithm.
     """
     record = algorithm_record(config.algorithm)
     settings = record.load().resolve_config(config.algorithm_config)

@@ -21,8 +21,7 @@ class Threads:
 
     Attributes:
         processors: Number of processors that this process may use.
-        simulator: Number of threads or worker processes that step the environments, or None for environments of other
-            packages.
+        simulator: Number of threads or worker processes that step the environments, or None if they have none.
         torch: Number of threads of the algorithm's library, or None if the algorithm has no such setting.
     """
 

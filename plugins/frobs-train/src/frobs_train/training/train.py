@@ -31,8 +31,7 @@ def train(
 
     Args:
         config: Configuration from :func:`frobs_train.resolve_config`.
-        run_dir: The run folder. Defaults to ``runs/<ID>/<algorithm>_seed<seed>``, or to a name with the current time if
-            the seed is None.
+        run_dir: The run folder. Defaults to ``runs/<ID>/<algorithm>_seed<seed>``, or to one with the time.
         on_progress: Called after each row of the log. If this function returns False, training ends with a checkpoint.
         on_existing: How to handle an existing folder. ``"error"`` raises an error, ``"increment"`` writes to
             ``name_2``, ``name_3``, etc., ``"overwrite"`` replaces an existing run, and ``"resume"`` continues an
@@ -45,8 +44,7 @@ def train(
         RunExistsError: The folder already exists.
         RunBusyError: Another process is training in the folder.
         UnknownNameError: The environment ID or algorithm does not exist.
-        ConfigurationError: A setting or keyword argument is invalid, or the algorithm does not support the action
-            space.
+        ConfigurationError: A setting or keyword argument is invalid, or does not suit the algorithm.
         CheckpointError: A checkpoint cannot be written.
         TrainingError: The environment or the algorithm raised an exception.
         TrainingInterrupt: Ctrl-C or SIGTERM was received.

@@ -72,8 +72,7 @@ class StudyResult:
         best: Best complete trial, or None if no trial is complete. If all complete trials have the same value, it is the
             one with the highest reward.
         tied: Whether all complete trials, at least two, have the same value of success.
-        best_config: File with the configuration of the best trial for ``frobs train --config``, or None if no trial is
-            complete.
+        best_config: Configuration of the best trial for ``frobs train --config``, or None if no trial is complete.
     """
 
     name: str

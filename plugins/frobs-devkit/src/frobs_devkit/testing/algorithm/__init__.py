@@ -23,8 +23,7 @@ def check_algorithm(
     Args:
         algorithm: Name of an installed algorithm, or the record of an algorithm that is not installed yet.
         config: Settings for a short training run.
-        id: Environment ID for the checks. Defaults to a small Gymnasium environment with an action space that the
-            algorithm supports.
+        id: Environment ID for the checks. Defaults to a small Gymnasium environment that suits the algorithm.
         steps: Number of environment steps in a training run.
 
     Raises:

@@ -70,8 +70,7 @@ def final_observations_count(subject: AlgorithmUnderTest) -> None:
 def discount_ends_with_an_episode(subject: AlgorithmUnderTest) -> None:
     """If every step terminates its episode, no step has a future, so the discount has no effect.
 
-    A discount that counts reveals a value that is bootstrapped after a termination, or returns that continue in the
-    next episode.
+    A discount that counts reveals bootstrapping after a termination, or returns that continue in the next episode.
     """
     _require_discount(subject)
     subject.require_reproducible()

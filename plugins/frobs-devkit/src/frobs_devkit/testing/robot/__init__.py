@@ -24,8 +24,7 @@ def check_robot(robot: str | Robot | RobotRecord, simulators: Sequence[str] | No
 
     Args:
         robot: Name of an installed robot, a robot description, or the record of a robot that is not installed yet.
-        simulators: Names of the simulators for the checks. Defaults to all simulators that can be imported and are
-            not paced.
+        simulators: Names of the simulators. Defaults to all simulators that can be imported and are not paced.
 
     Raises:
         UnknownNameError: The robot or a simulator does not exist.

@@ -16,9 +16,7 @@ from frobs_devkit.testing.compare import expect_array, expect_close
 from frobs_devkit.testing.simulator.robots import ARM
 from frobs_devkit.testing.simulator.under_test import BALL, TILTED, TIMESTEP, WEIGHTLESS, SimulatorUnderTest, verifies
 
-_BEYOND = {"elbow": ("fore", "tool"), "wrist": ("tool",)}
-"""Links that each sensor carries."""
-
+_BEYOND = {"elbow": ("fore", "tool"), "wrist": ("tool",)}  # links that each sensor carries
 _SENSING = replace(ARM, sensors={"elbow": ForceTorque(frame="fore"), "wrist": ForceTorque(frame="tool")})
 _GRAVITY = 9.81  # [m/s²]
 
