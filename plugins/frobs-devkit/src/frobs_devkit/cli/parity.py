@@ -116,8 +116,21 @@ def parity(
         if paths := absolute.get("package_paths"):
             absolute["package_paths"] = {name: str(Path(path).resolve()) for name, path in paths.items()}
         root.mkdir(parents=True, exist_ok=True)
-        jobs = [certification_job(id, names[id], root / bare_id(id), only=only, keywords=absolute) for id in specs]
-        if not certify_and_report(jobs, chosen, root.absolute(), json=json):
+        jobs = [
+            Job(
+                name=id,
+                function=f"{__name__}:certify",
+                arguments={
+                    "environment": id,
+                    "simulators": tuple(names[id]),
+                    "folder": (root / bare_id(id)).absolute(),
+                    "keywords": {"only": only, "keywords": absolute},
+                },
+                memory=_MEMORY,
+            )
+            for id in specs
+        ]
+        if not _certify_all(jobs, chosen, root.absolute(), json=json):
             raise typer.Exit(1)
         return
     [env_id] = specs
@@ -173,24 +186,6 @@ def _print(certificate: Certificate, folder: Path) -> None:
 _MEMORY = 2 * 2**30  # [B] for Python and the engines
 
 
-def certification_job(environment: str, simulators: Sequence[str], folder: Path, **keywords: Any) -> Job:
-    """Return a job that writes an environment's certificate to a folder, with keywords of ``measure_parity``.
-
-    The job's result is a mapping with ``folder`` and the entries of :meth:`frobs_devkit.parity.Certificate.to_dict`.
-    """
-    return Job(
-        name=environment,
-        function=f"{__name__}:certify",
-        arguments={
-            "environment": environment,
-            "simulators": tuple(simulators),
-            "folder": folder.absolute(),
-            "keywords": keywords,
-        },
-        memory=_MEMORY,
-    )
-
-
 def certify(
     environment: str,
     simulators: Sequence[str],
@@ -206,8 +201,8 @@ def certify(
     return {"folder": folder, **certificate.to_dict()}
 
 
-def certify_and_report(jobs: Sequence[Job], runner: Runner, folder: Path, *, json: bool) -> bool:
-    """Run certification jobs, print one row per environment, and return whether all environments passed."""
+def _certify_all(jobs: Sequence[Job], runner: Runner, folder: Path, *, json: bool) -> bool:
+    """Run the jobs, print one row per environment, and return whether all environments passed."""
     with only_json(json):
         outcomes = collect_outcomes(
             [job.name for job in jobs],
@@ -215,17 +210,14 @@ def certify_and_report(jobs: Sequence[Job], runner: Runner, folder: Path, *, jso
             f"the finished certificates are in {folder}",
         )
     done = [outcome.result for outcome in outcomes if outcome.error is None]
+    rows = []
+    for each in done:
+        failed = ", ".join(one["title"].lower() for one in each["measurements"] if one["status"] == "failed")
+        sign = "✓" if each["passed"] else "✗"
+        rows.append([each["id"], sign, each["verdict"], failed or "–", short_path(each["folder"])])
     if json:
         print_json(done)
     elif done:
-        print_table(["environment", "", "comparisons", "over the tolerance", "certificate"], [_row(it) for it in done])
+        print_table(["environment", "", "comparisons", "over the tolerance", "certificate"], rows)
     raise_failures(outcomes)
-    return all(it["passed"] for it in done)
-
-
-def _row(found: Mapping[str, Any]) -> list[str]:
-    failed = [
-        measurement["title"].lower() for measurement in found["measurements"] if measurement["status"] == "failed"
-    ]
-    sign = "✓" if found["passed"] else "✗"
-    return [found["id"], sign, found["verdict"], ", ".join(failed) or "–", short_path(found["folder"])]
+    return all(each["passed"] for each in done)

@@ -8,16 +8,8 @@ from typing import Any
 from frobs_core.util.plain import spell_numbers, to_json
 from frobs_train.runs.run import Run
 
-_INDIFFERENT = (
-    "seed",
-    "log_every",
-    "checkpoint_every",
-    "keep_checkpoints",
-    "evaluate_every",
-    "evaluation_episodes",
-    "threads",
-    "log",
-)
+_OF_LOGS = ("log_every", "checkpoint_every", "keep_checkpoints", "evaluate_every", "evaluation_episodes", "log")
+_INDIFFERENT = ("seed", "threads", *_OF_LOGS)
 """Settings that do not distinguish groups: the seed, and settings that do not affect learning."""
 
 _SPOKEN = ("environment", "algorithm")  # settings whose values appear in a label without the name of the setting

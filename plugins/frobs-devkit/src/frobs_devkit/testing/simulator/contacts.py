@@ -87,10 +87,10 @@ def contacts_are_those_of_all_steps(subject: SimulatorUnderTest) -> None:
         sim.step(400)
         force = sim.contact_force("ball").copy()
 
-        def lift() -> None:
-            sim.bodies["ball"].write_pose(np.tile([0.0, 2.0, 1.0], (n, 1)))
+        def place(height: float) -> None:
+            sim.bodies["ball"].write_pose(np.tile([0.0, 2.0, height], (n, 1)))
 
-        sim.step_with(2, lift)
+        sim.step_with(2, lambda: place(1.0))
         expect(
             sim.contact("ball").all(),
             "step_with does not report a contact that occurs only in the first of two physics steps.",
@@ -98,16 +98,12 @@ def contacts_are_those_of_all_steps(subject: SimulatorUnderTest) -> None:
         expect_close(
             force, sim.contact_force("ball"), 0.1 * force.max(), "force of a contact in the first of two steps [N]"
         )
-
-        def drop() -> None:
-            sim.bodies["ball"].write_pose(np.tile([0.0, 2.0, 0.06], (n, 1)))
-
-        drop()
+        place(0.06)
         forces = []
         for _ in range(_FALL):
             sim.step(1)
             forces.append(sim.contact_force("ball").copy())
-        drop()
+        place(0.06)
         sim.step(_FALL)
         largest = np.max(forces, axis=0)
         what = "largest force of a ball that bounces during a step [N]"
