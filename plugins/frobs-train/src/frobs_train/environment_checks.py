@@ -135,17 +135,9 @@ class Place(NamedTuple):
 class EpisodeChecks:
     """Checks of the numbers that a vector environment and a policy exchange, and of the length of episodes.
 
-    The methods raise NonFiniteValueError if a number is not finite. :meth:`count_step` raises EndlessEpisodeError if an
-    episode is endless.
-
-    Args:
-        env: The vector environment, or a single environment, whose values must be passed with a batch axis.
-        longest_episode: Number of steps after which an episode is endless, or None to accept episodes of any length.
-
-    Attributes:
-        lengths: Length of each running episode, (num_envs,) [control steps].
-        episodes: Number of finished episodes of each environment, (num_envs,).
-        environment: Gymnasium ID for error messages.
+    The methods raise NonFiniteValueError if a number is not finite. After ``longest_episode`` steps, :meth:`count_step`
+    raises EndlessEpisodeError. The values of a single environment must be passed with a batch axis. ``lengths``
+    (num_envs,) are those of the running episodes, and ``episodes`` (num_envs,) are the numbers of finished ones.
     """
 
     def __init__(self, env: Any, longest_episode: int | None = None) -> None:

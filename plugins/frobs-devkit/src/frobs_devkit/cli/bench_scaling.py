@@ -55,11 +55,7 @@ def report_scaling(config: RunConfig, options: BenchOptions, *, json: bool) -> N
 
 
 def read_sizes(option: str, text: str | None) -> tuple[int, ...] | None:
-    """Return the numbers in a list such as ``"1,8,64"`` in ascending order, or None if the option was not given.
-
-    Raises:
-        CommandLineError: The text is not a list of positive integers.
-    """
+    """Return the numbers in a list such as ``"1,8,64"`` in ascending order, or None if the option was not given."""
     if text is None:
         return None
     try:

@@ -22,31 +22,17 @@ AWAY = 5.0
 
 
 class Outcome(NamedTuple):
-    """Measurements of one simulator in an experiment.
+    """Measurements of one simulator in an experiment."""
 
-    Attributes:
-        values: Value of each quantity in SI units, or NaN if the simulator has no value.
-        x: Horizontal coordinates of the curve, (n,).
-        y: Vertical coordinates of the curve, (n,).
-    """
-
-    values: Mapping[str, float]
-    x: Floats
-    y: Floats
+    values: Mapping[str, float]  # of each quantity in SI units, or NaN if the simulator has no value
+    x: Floats  # horizontal coordinates of the curve, (n,)
+    y: Floats  # vertical coordinates of the curve, (n,)
 
 
 class Bounded:
-    """A free body of a task's scene, with its bounding box.
+    """A free body of a task's scene with its mass [kg], surface points in its frame, (k, 3) [m], and bounding box.
 
-    Args:
-        name: Name of the body in the scene.
-        body: Description of the body.
-
-    Attributes:
-        name: Name of the body in the scene.
-        points: Points on the body's surface, in the body's frame, (k, 3) [m].
-        edges: Edge lengths of the bounding box in ascending order, (3,) [m].
-        mass: Mass of the body [kg].
+    ``edges`` are the edge lengths of the bounding box in ascending order, (3,) [m].
     """
 
     def __init__(self, name: str, body: Body) -> None:
@@ -60,11 +46,7 @@ class Bounded:
         self.edges = size[self._order]
 
     def turned(self, shortest: Literal["y", "z"]) -> Floats:
-        """Return the quaternion (4,) that aligns the longest edge with the x axis.
-
-        Args:
-            shortest: Axis that is aligned with the shortest edge.
-        """
+        """Return the quaternion (4,) that aligns the longest edge with x, and the shortest edge with y or z."""
         matrix = np.zeros((3, 3))
         rows = (1, 2, 0) if shortest == "y" else (2, 1, 0)  # rows for the shortest, middle and longest edges
         matrix[rows, self._order] = 1.0
@@ -76,12 +58,7 @@ class Bounded:
         return np.asarray(center - quat_rotate(quat_wxyz, self._center))
 
     def put_on_floor(self, env: RobotEnv, height: float = 0.0) -> None:
-        """Place the body flat on the floor, far from the robot.
-
-        Args:
-            env: The environment.
-            height: Height of the body's lowest point above the floor [m].
-        """
+        """Place the body flat, far from the robot, with its lowest point at a height above the floor [m]."""
         x, y, _ = env.robot.base_pose[0][0]
         quat = self.turned("z")
         center = np.array([x + AWAY, y, height + self.edges[0] / 2.0])
@@ -100,35 +77,22 @@ def bodies_of(subject: Subject) -> list[Bounded]:
 
 @dataclass(frozen=True, kw_only=True)
 class Experiment:
-    """An experiment with a body, as it is shown in the certificate.
+    """An experiment with a body, as it is shown in the certificate."""
 
-    Attributes:
-        quantities: Description and displayed unit of each value, by the name of its tolerance.
-        curve: Title of the curves.
-        axes: Labels of the axes of the curves.
-        relative_to_height: Whether relative tolerances are fractions of the body's height instead of the value on the
-            first simulator.
-        unknown: Reason for skipping a comparison if the first simulator has no value. Without a reason, the comparison
-            fails.
-        missing: Text that is displayed if another simulator has no value.
-    """
-
-    quantities: Mapping[str, tuple[str, str]]
-    curve: str
-    axes: tuple[str, str]
-    relative_to_height: bool = False
-    unknown: str = ""
-    missing: str = "none"
+    quantities: Mapping[str, tuple[str, str]]  # description and displayed unit, by name of the tolerance
+    curve: str  # title of the curves
+    axes: tuple[str, str]  # labels of the axes of the curves
+    relative_to_height: bool = False  # whether relative tolerances are fractions of the body's height, not of the value
+    unknown: str = ""  # why the first simulator has no value, which skips the comparison instead of failing it
+    missing: str = "none"  # text that is displayed if another simulator has no value
 
     def compare(
         self, subjects: Sequence[Subject], outcomes: Sequence[Outcome | None], body: Bounded | None = None
     ) -> tuple[list[Comparison], Panel]:
         """Compare the values of each simulator with the values of the first simulator, and draw the curves.
 
-        Args:
-            subjects: The simulators.
-            outcomes: Results of each simulator, or None if it rejects the scene.
-            body: Body of the task's scene, whose name is added to the descriptions.
+        The outcome of a simulator is None if it rejects the scene. The name of the body of the task's scene is added to
+        the descriptions.
         """
         of = f" of '{body.name}'" if body else ""
         comparisons, expected = [], outcomes[0]

@@ -87,15 +87,9 @@ class _Grasp:
         self._open = np.array([tool.open[joint] for joint in tool.closed])
 
     def close(self, press: float) -> bool:
-        """Close the gripper on the body, so that the shortest edge of the body is between the fingers.
+        """Close the gripper, with the body's shortest edge between the fingers, and return whether the body stops them.
 
-        The body is kept in place while the gripper closes.
-
-        Args:
-            press: Normal force on each finger [N].
-
-        Returns:
-            Whether the body stops the fingers.
+        The body is kept in place while the gripper closes. Each finger presses with a normal force [N].
         """
         robot, fingers = self._robot, self._fingers
         stroke = np.abs(self._open - self._closed).sum()  # [rad or m]

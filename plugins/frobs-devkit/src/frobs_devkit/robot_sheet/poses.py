@@ -26,19 +26,11 @@ class Shot:
 
 @dataclass(frozen=True)
 class Shots:
-    """All images of a robot sheet.
+    """All images of a robot sheet."""
 
-    Attributes:
-        poses: Shots of the home position, of all joints at their lower limits, and of all joints at their upper limits.
-            For a robot without actuated joints, the only shot shows the home position.
-        joints: For each joint, a shot at the lower limit and a shot at the upper limit, with the other joints in their
-            home positions. Wheels are omitted.
-        left_out: Number of omitted joints.
-    """
-
-    poses: tuple[Shot, ...]
-    joints: tuple[tuple[Shot, Shot], ...]
-    left_out: int
+    poses: tuple[Shot, ...]  # at home, and all joints at their lower and their upper limits, if there are joints
+    joints: tuple[tuple[Shot, Shot], ...]  # at the lower and upper limit of each joint but wheels, others at home
+    left_out: int  # number of omitted joints
 
     @property
     def all(self) -> tuple[Shot, ...]:

@@ -88,11 +88,8 @@ def png_classes(option: str, target: Path) -> tuple[type[Figure], type[Any]]:
 class _Layout:
     """Positions of the tiles: the home position on the left, all limits on the right, and rows of joints below.
 
-    Attributes:
-        groups: Groups of shots, each with a common view.
-        limits: Upper left corner (x, y) [pixels] of each image with all joints at their limits.
-        joints: Upper left corner (x, y) [pixels] of each image of a single joint.
-        height: Height of the sheet [pixels].
+    The groups of shots have a common view each. ``limits`` and ``joints`` are the upper left corners (x, y) [pixels] of
+    the images with all joints and with a single joint at their limits, and ``height`` is that of the sheet [pixels].
     """
 
     def __init__(self, stage: Stage, shots: Shots) -> None:

@@ -10,13 +10,7 @@ class AnswerError(ConfigurationError):
 
 
 class NameTakenError(ConfigurationError):
-    """A name that the new plugin requires is already in use.
-
-    Args:
-        kind: ``"distribution"``, ``"Python package"``, ``"ID"``, or the kind of a record, such as ``"robot"``.
-        name: The name that is in use.
-        found: Description of the place where the name is used.
-    """
+    """A name that the new plugin requires is already in use, in the place that ``found`` describes."""
 
     def __init__(self, kind: str, name: str, found: str) -> None:
         self.kind = kind

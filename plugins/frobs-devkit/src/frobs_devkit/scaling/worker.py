@@ -41,10 +41,8 @@ def main() -> None:
 def step(config: Mapping[str, Any], folder: Path, task: Mapping[str, Any]) -> dict[str, Any]:
     """Step environments at the same time as the other processes.
 
-    Returns:
-        A dictionary with the keys ``stamps`` (pairs of Unix time [s] and number of environment steps completed by
-        then), ``memory`` (peak memory [B]), ``processors`` (processor time ÷ elapsed time) and ``startup`` (startup
-        time [s]).
+    The result has ``stamps`` (pairs of Unix time [s] and number of environment steps completed by then), ``memory``
+    (peak memory [B]), ``processors`` (processor time ÷ elapsed time) and ``startup`` (startup time [s]).
     """
     from frobs_train import RunConfig, make_training_env
 

@@ -37,11 +37,7 @@ class ExtensionUnderTest:
         return self.item.record
 
     def simulators(self, capability: str) -> Iterator[SimulatorUnderTest]:
-        """Yield the importable simulators that declare a capability, or all of them if it is an empty string.
-
-        Raises:
-            Inconclusive: There is no such simulator.
-        """
+        """Yield the importable simulators that declare a capability, or all of them if it is an empty string."""
         records = [plugins.get_record("simulator", name) for name in plugins.importable("simulator")]
         simulators = [one for one in records if isinstance(one, SimulatorRecord) and not one.is_paced]
         able = [one for one in simulators if not capability or one.capabilities.get(capability)]

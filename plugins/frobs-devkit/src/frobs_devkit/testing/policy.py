@@ -41,11 +41,7 @@ class PolicyUnderTest:
 
     @contextmanager
     def acting(self, num_envs: int = _ENVS) -> Iterator[tuple[Policy, Any, Any]]:
-        """Bind a new policy to a new environment, and yield both with the first observation.
-
-        Args:
-            num_envs: Number of environments, or 0 for a single environment.
-        """
+        """Bind a new policy to a new vector or (0) single environment, and yield both with the first observation."""
         if not self.env.id:
             raise Inconclusive("the policy needs an environment; name one: --set environment=ID")
         made: Any = self.env.make_vec(num_envs, AutoresetMode.SAME_STEP) if num_envs else self.env.make()

@@ -16,24 +16,17 @@ _END = 5.0  # time after which a view that does not end by itself is killed [s]
 
 
 def check_view() -> None:
-    """Check that ``frobs view`` is installed.
-
-    Raises:
-        MissingDependencyError: It is not.
-    """
+    """Raise MissingDependencyError unless ``frobs view`` is installed."""
     if "view" not in installed_commands()[0]:
         raise MissingDependencyError("--view", ["frobs-view"], "pip install frobs-view")
 
 
 @contextmanager
 def training_view(folder: Path) -> Iterator[None]:
-    """Show the newest policy of a run inside the ``with`` block.
+    """Show the newest policy of a run inside the ``with`` block. The run folder may not exist yet.
 
     The view reads the run folder, and shares nothing with the learner. It ends when its standard input is closed, even
     if the learner is killed. It prints its address to stderr.
-
-    Args:
-        folder: The run folder, which may not exist yet.
     """
     command = [sys.executable, "-m", "frobs_cli", "view", str(folder), "--follow"]
     view = subprocess.Popen(

@@ -77,11 +77,7 @@ def study_folders(study: Study, folder: Path) -> Mapping[Path, Mapping[str, Any]
 
 
 def missing_trainings(study: Study, folder: Path) -> list[Job]:
-    """Return a job for each run that is not complete. A run that was interrupted continues.
-
-    Raises:
-        FrobsError: A setting of the study is invalid.
-    """
+    """Return a job for each run that is not complete. A run that was interrupted continues."""
     jobs, checked = [], set()
     for path, flags in study_folders(study, folder).items():
         environment = str(flags["environment"])

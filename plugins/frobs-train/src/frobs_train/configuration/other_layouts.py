@@ -21,10 +21,8 @@ _log = logging.getLogger("frobs")
 def read_config_file(file: Path | str, algorithm: str | None = None) -> tuple[ConfigMapping, bool]:
     """Read a YAML file, and translate the settings if a plugin's record declares the layout of the file.
 
-    Settings that have no equivalent in FRobs are reported in a single warning.
-
-    Returns:
-        Settings with the keys of :class:`frobs_train.RunConfig`, and whether the file was translated.
+    Settings that have no equivalent in FRobs are reported in a single warning. The result is the settings with the keys
+    of :class:`frobs_train.RunConfig`, and whether the file was translated.
     """
     mapping = load_yaml(file)
     known = list(_layouts())

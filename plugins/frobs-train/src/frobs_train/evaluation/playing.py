@@ -110,11 +110,7 @@ class EpisodeCounter:
         self._finished = finished
 
     def after_step(self, info: Mapping[str, Any]) -> None:
-        """Read the goals of the episodes that began at this step, and the tracking errors and successes of the others.
-
-        Args:
-            info: Info of the vector environment's step.
-        """
+        """Read the goals of episodes that began at this step, and the tracking errors and successes of the others."""
         self._steps += 1
         if self._finished is not None:
             self._steps[self._finished.env_ids] = 0

@@ -23,11 +23,7 @@ WritePage = Callable[[BundleRun, Path], dict[str, Any]]
 
 
 def find_page_writer() -> WritePage:
-    """Return the function that writes static pages.
-
-    Raises:
-        MissingDependencyError: No installed distribution writes static pages.
-    """
+    """Return the function that writes static pages, or raise MissingDependencyError if it is not installed."""
     for entry in entry_points(group=GROUP):
         writer: WritePage = entry.load()
         return writer

@@ -121,11 +121,7 @@ class ProgressLog:
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:
-    """Return the rows of a ``progress.csv`` as text, without an incomplete last line.
-
-    Raises:
-        RunError: The file is damaged.
-    """
+    """Return the rows of a ``progress.csv`` as text, without an incomplete last line, or raise RunError."""
     try:
         text = read_limited(path, BUDGETS["run folder"]["bytes of progress.csv"]).decode("utf-8")
         return list(csv.DictReader(text[: text.rfind("\n") + 1].splitlines()))

@@ -86,10 +86,8 @@ def write_best(folder: Path, save: Callable[[Path], None]) -> Path:
 def clean(folder: Path, beyond: int | None = None) -> list[Path]:
     """Remove the leftovers of a killed process, and rename checkpoints with more than ``beyond`` steps.
 
-    Renamed checkpoints are ignored by :func:`list_checkpoints`. The caller must hold the run's lock.
-
-    Returns:
-        The new paths of the renamed checkpoints.
+    Renamed checkpoints, whose new paths are returned, are ignored by :func:`list_checkpoints`. The caller must hold the
+    run's lock.
     """
     if not folder.is_dir():
         return []

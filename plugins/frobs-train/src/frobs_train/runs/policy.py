@@ -72,11 +72,7 @@ class TrainedPolicy(Policy):
         self.steps = 0
 
     def run(self, environment: str) -> Run | None:
-        """Return the run or bundle, which stores the settings of an environment, or None for a model file.
-
-        Args:
-            environment: Gymnasium ID of the environment in which the policy will act.
-        """
+        """Return the run or bundle, which stores the settings of an environment ID, or None for a model file."""
         if isinstance(self._path, Run):
             return self._path
         path = Path(self._path)

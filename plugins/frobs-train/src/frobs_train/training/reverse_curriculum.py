@@ -29,25 +29,16 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
     """Wrapper that starts some episodes in states that the task's expert has visited.
 
     The expert first acts for one episode in each environment. Each successful episode is a path that provides states at
-    equal time intervals. The front is the index of the earliest state in which an episode may begin. The front moves
-    from the end of the path to the start, by one state whenever enough of the episodes that began at the front have
-    succeeded. An episode that begins on the path inherits the remaining time, goals, objects and randomized parameters
-    of the expert's episode.
+    equal time intervals. The ``front`` is the index of the earliest state in which an episode may begin, where 0 is the
+    start of the path. The front moves from the end of the path to the start, by one state whenever enough of the
+    episodes that began at the front have succeeded. An episode that begins on the path inherits the remaining time,
+    goals, objects and randomized parameters of the expert's episode.
 
     ``final_info`` contains ``frobs/from_path``, (num_envs,) bool, which is True if the finished episode began on the
     path.
 
-    Args:
-        env: A native vector environment with same-step autoreset, possibly wrapped.
-        config: Settings of the curriculum.
-        seed: Seed of the expert's episodes.
-
-    Attributes:
-        front: Index of the earliest state in which an episode may begin, where 0 is the start of the path.
-
-    Raises:
-        RunError: The environment is not a native vector environment with a time limit, its task has no expert, or the
-            expert does not support the controllers or never succeeds.
+    The constructor raises RunError if the environment is not a native vector environment with same-step autoreset and a
+    time limit, its task has no expert, or the expert does not support the controllers or never succeeds.
     """
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: ResetFromConfig, seed: int) -> None:

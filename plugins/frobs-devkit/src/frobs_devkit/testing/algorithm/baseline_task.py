@@ -22,11 +22,7 @@ class Aim(gym.Env[Any, Any]):
 
     Each observation is a random number x in [−1, 1]. The best continuous action is 4 + 2 x, in a space that contains
     neither 0 nor any normalized action. The best discrete action is 1 if x is positive, and 0 otherwise. The reward is
-    0 for the best action, and negative otherwise.
-
-    Args:
-        discrete: Whether actions are discrete.
-        terminates: Whether every step terminates its episode.
+    0 for the best action, and negative otherwise. If it ``terminates``, every step terminates its episode.
     """
 
     def __init__(self, discrete: bool, terminates: bool = False) -> None:
@@ -77,8 +73,7 @@ class Choice(gym.Env[Any, Any]):
 def choosing(subject: AlgorithmUnderTest, *, time_limit: int) -> AlgorithmUnderTest:
     """Return the algorithm to be trained in :class:`Choice` with a time limit [steps].
 
-    Raises:
-        NotApplicable: The user chose the environment, or the algorithm does not support discrete actions.
+    The check does not apply if the user chose the environment, or the algorithm does not support discrete actions.
     """
     _require_kit(subject)
     if "Discrete" not in subject.record.action_spaces:
@@ -92,11 +87,7 @@ def _require_kit(subject: AlgorithmUnderTest) -> None:
 
 
 def aiming(subject: AlgorithmUnderTest, *, terminates: bool = False) -> AlgorithmUnderTest:
-    """Return the algorithm to be trained in :class:`Aim`.
-
-    Raises:
-        NotApplicable: The user chose the environment, so the algorithm may not support these spaces.
-    """
+    """Return the algorithm to be trained in :class:`Aim`, or raise NotApplicable if the user chose the environment."""
     _require_kit(subject)
     discrete = not isinstance(subject.untrained.action_space, gym.spaces.Box)
     spec = EnvSpec(

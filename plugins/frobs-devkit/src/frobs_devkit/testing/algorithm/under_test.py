@@ -33,9 +33,8 @@ _NUM_ENVS = 2
 class Watched(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
     """A vector wrapper that counts steps, and stores reset seeds and the first actions outside the action space.
 
-    Attributes:
-        actions: Checksum of all actions. Two training runs with the same checksum explore in the same way, so they have
-            the same weights and random numbers. Predictions alone would not show this for discrete actions.
+    Two training runs with the same checksum of all ``actions`` explore in the same way, so they have the same weights
+    and random numbers. Predictions alone would not show this for discrete actions.
     """
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any]) -> None:

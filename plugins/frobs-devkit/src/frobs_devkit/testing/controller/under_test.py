@@ -115,11 +115,7 @@ class Bound:
             yield self.constant(action)
 
     def opposites(self) -> tuple[Floats, Floats]:
-        """Return two different actions: the minimum and the maximum of a Box space, or two random actions.
-
-        Raises:
-            Inconclusive: The action space contains only one action.
-        """
+        """Return two different actions: the minimum and the maximum of a Box space, or two random actions."""
         space = self.controller.action_space
         if isinstance(space, gym.spaces.Box):
             return self.constant(space.low), self.constant(space.high)

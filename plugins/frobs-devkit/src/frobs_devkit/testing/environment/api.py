@@ -148,7 +148,7 @@ def render_draws(subject: EnvUnderTest) -> None:
     try:
         with closing(subject.make(render_mode="rgb_array", **sized)) as env:
             env.reset(seed=0)
-            picture = env.render()
+            picture: Any = env.render()
             expect_array(picture, (*(_SIZE if ours else np.shape(picture)[:2]), 3), np.uint8, "the result of render()")
             colours = len(np.unique(picture.reshape(-1, 3), axis=0))
             expect(colours > 1, "the image has a single color, so it shows nothing.")
