@@ -10,7 +10,7 @@ from pathlib import Path
 
 from frobs_core.util.files import write_aside, write_text
 from frobs_devkit.parity import Certificate, measure_parity
-from frobs_devkit.parity.certificate_text import markdown
+from frobs_devkit.parity.certificate import markdown
 from frobs_devkit.parity.draw import draw
 from frobs_train import Run
 

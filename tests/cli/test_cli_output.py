@@ -14,7 +14,7 @@ from typer.testing import Result
 
 from frobs_cli import output
 from frobs_cli.facts import dotted, print_facts, text
-from frobs_train.cli.progress import duration, number, percent
+from frobs_cli.formats import duration, number, percent
 
 Capture = pytest.CaptureFixture[str]
 Width = Callable[[int], None]

@@ -4,8 +4,8 @@ import pytest
 from rich.console import Console
 
 from frobs_train import Progress
-from frobs_train.cli import progress
-from frobs_train.cli.progress import TrainingProgress
+from frobs_train.cli import training_report as progress
+from frobs_train.cli.training_report import TrainingProgress
 
 
 def _at(steps: int, success: float | None = 0.5) -> Progress:

@@ -10,7 +10,7 @@ import pytest
 
 from frobs_core.util.errors import ConfigurationError, UnknownNameError
 from frobs_devkit.parity import Certificate, Comparison, Measurement, Status, measure, measure_parity
-from frobs_devkit.parity.certificate_text import number
+from frobs_devkit.parity.certificate import number
 from frobs_train import Run, resolve_config, train
 
 ID = "frobs/Irb120Reach-v0"

@@ -20,10 +20,9 @@ from frobs_devkit.parity.gravity_drop import gravity_drop
 from frobs_devkit.parity.kinematics import forward_kinematics
 from frobs_devkit.parity.lidar import lidar
 from frobs_devkit.parity.motion import apart
-from frobs_devkit.parity.replay import replay
+from frobs_devkit.parity.replay import free_steps, play, replay
 from frobs_devkit.parity.result import judge, worst
 from frobs_devkit.parity.rewards import rewards
-from frobs_devkit.parity.rollout import free_steps, play
 from frobs_devkit.parity.step_response import SATURATED_SHARE, saturated_step_response, step_response
 from frobs_train import Evaluation
 

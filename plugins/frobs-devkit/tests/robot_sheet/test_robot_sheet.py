@@ -9,9 +9,9 @@ from frobs_core.description import Robot
 from frobs_core.models import load_model
 from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.robot_sheet import draw_robot_sheet
-from frobs_devkit.robot_sheet.framing import frame
 from frobs_devkit.robot_sheet.poses import choose_shots
 from frobs_devkit.robot_sheet.sheet import _spread
+from frobs_devkit.robot_sheet.stage import frame
 
 ARM = """<robot name="arm">
 <link name="base"><visual><geometry><box size="0.2 0.2 0.1"/></geometry></visual></link>

@@ -162,7 +162,7 @@ def _split(names: str | None) -> list[str]:
 def _print(certificate: Certificate, folder: Path) -> None:
     from rich.text import Text
 
-    from frobs_devkit.parity.certificate_text import SIGNS, rows
+    from frobs_devkit.parity.certificate import SIGNS, rows
 
     print_title(certificate.id, f"compared with {certificate.reference}")
     print_line()

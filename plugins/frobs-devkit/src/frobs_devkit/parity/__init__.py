@@ -10,8 +10,7 @@ The modules::
     body_experiments.py the measurements of bodies on the floor: settling, friction, sliding and fall
     free_bodies.py      placement of the scene's bodies, and the comparison of their values, for body_experiments.py and
                         slip.py
-    certificate.py      all results and files; certificate_text.py writes the Markdown page, and draw.py draws the
-                        images
+    certificate.py      all results and files; draw.py draws the images
 
 ``import frobs_core`` does not import this package.
 """

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from frobs_core.util.arrays import Floats
+from frobs_devkit.parity.replay import AFTER_A_TOUCH, Rollout, free_steps, play
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, error_panel
-from frobs_devkit.parity.rollout import AFTER_A_TOUCH, Rollout, free_steps, play
 from frobs_devkit.parity.under_test import Pair, Subject, pairs_of, tolerance_line
 
 EPISODES = 3

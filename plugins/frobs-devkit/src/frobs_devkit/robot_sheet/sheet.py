@@ -12,9 +12,8 @@ from frobs_core.description import Robot
 from frobs_core.models import RobotModel
 from frobs_core.util.errors import MissingDependencyError, ParameterValueError
 from frobs_core.util.files import write_aside
-from frobs_devkit.robot_sheet.framing import View
 from frobs_devkit.robot_sheet.poses import Shot, Shots, choose_shots
-from frobs_devkit.robot_sheet.stage import Stage, Tile
+from frobs_devkit.robot_sheet.stage import Stage, Tile, View
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

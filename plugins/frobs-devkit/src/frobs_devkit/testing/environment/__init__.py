@@ -13,7 +13,7 @@ from frobs_devkit.testing.environment.under_test import EnvUnderTest
 
 CHECKS = checks_in(
     __name__,
-    "outputs seeding api lifecycle step_results columns rewards success vector randomization",
+    "outputs seeding api lifecycle step_results rewards success vector randomization",
 )
 """All environment checks, in the order in which they run."""
 
