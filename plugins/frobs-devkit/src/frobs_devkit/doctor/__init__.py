@@ -2,9 +2,8 @@
 
 robot_report.py   the facts and the findings, as data
 reading.py        reads the file more leniently than a simulation
-joints.py         limits, drives, and efforts against gravity
+joints.py         limits, drives, efforts against gravity, possible tool links and their reach
 bodies.py         masses, inertias, shapes
-tools.py          possible tool links and their reach
 simulators.py     how each installed simulator represents the robot
 robot.py          combines all facts and findings in a report
 plugins.py        the installed plugins, each imported in its own process

@@ -13,11 +13,10 @@ from frobs_core.kernel.robot_config import RobotConfig
 from frobs_core.models import Note, RobotModel, Treatment, home_positions
 from frobs_core.util.errors import UnsuitableRobotError
 from frobs_devkit.doctor.bodies import body_findings, link_facts
-from frobs_devkit.doctor.joints import joint_facts, joint_findings
+from frobs_devkit.doctor.joints import joint_facts, joint_findings, tool_candidates, tool_findings
 from frobs_devkit.doctor.reading import read
 from frobs_devkit.doctor.robot_report import Finding, RobotReport, Severity
 from frobs_devkit.doctor.simulators import simulator_facts, simulator_findings
-from frobs_devkit.doctor.tools import tool_candidates, tool_findings
 from frobs_models import Gripper, find_gripper, robot_bounds
 
 _NAMED = re.compile(r'^<([\w:]+) name="(.*)">$')

@@ -7,11 +7,11 @@ from typing import Any
 
 from frobs_core.kernel.robot_config import find_record
 from frobs_core.plugins.records import AlgorithmRecord
-from frobs_devkit.testing.algorithm import baseline_task, discount, learning, saving
+from frobs_devkit.testing.algorithm import baseline_task, learning, saving
 from frobs_devkit.testing.algorithm.under_test import ENVIRONMENTS, AlgorithmUnderTest
 from frobs_devkit.testing.checks import Check, NotApplicable, checks_of, collect, only
 
-CHECKS = checks_of(learning, baseline_task, discount, saving)
+CHECKS = checks_of(learning, baseline_task, saving)
 """All algorithm checks, in the order in which they run."""
 
 
