@@ -2,20 +2,40 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
 from frobs_cli.errors import CommandLineError
 from frobs_cli.facts import print_facts
+from frobs_cli.field_options import option
 from frobs_cli.options import CheckpointName, Json
 from frobs_cli.output import only_json, print_json, working
 from frobs_core.util.errors import ConflictingOptionsError
 from frobs_train.cli.opened import Trust
 
-if TYPE_CHECKING:
-    pass
+
+@dataclass(frozen=True, kw_only=True)
+class ExportOptions:
+    """Options of ``frobs export``.
+
+    Attributes:
+        format: File format of the network in the bundle.
+        out: Bundle file to write.
+        license: License of the policy: an SPDX identifier such as 'MIT', or a text file.
+        page: Folder in which to write a static web page, where physics and policy run in the visitor's browser.
+        pretrained: Write the page of the trained policy that comes with an ID.
+    """
+
+    format: Literal["onnx"] = option("onnx")
+    out: Path | None = option(None, dir_okay=False, show_default="policy.frobs in the run folder")
+    checkpoint: CheckpointName = "newest"
+    license: str | None = option(None, metavar="SPDX_OR_FILE", show_default="none given")
+    page: Path | None = option(None, metavar="FOLDER", file_okay=False, show_default="no page")
+    pretrained: bool = option(False)
+    trust: Trust = False
 
 
 def export(
@@ -28,35 +48,7 @@ def export(
             "--pretrained.",
         ),
     ],
-    format: Annotated[Literal["onnx"], typer.Option(help="File format of the network in the bundle.")] = "onnx",
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", dir_okay=False, show_default="policy.frobs in the run folder", help="Bundle file to write."
-        ),
-    ] = None,
-    checkpoint: CheckpointName = "newest",
-    license: Annotated[
-        str | None,
-        typer.Option(
-            metavar="SPDX_OR_FILE",
-            show_default="none given",
-            help="License of the policy: an SPDX identifier such as 'MIT', or a text file.",
-        ),
-    ] = None,
-    page: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FOLDER",
-            file_okay=False,
-            show_default="no page",
-            help="Folder in which to write a static web page, where physics and policy run in the visitor's browser.",
-        ),
-    ] = None,
-    pretrained: Annotated[
-        bool, typer.Option("--pretrained", help="Write the page of the trained policy that comes with an ID.")
-    ] = False,
-    trust: Trust = False,
+    options: ExportOptions,
     json: Json = False,
 ) -> None:
     """Export the policy of a run as a single file that needs only NumPy and onnxruntime to run.
@@ -81,20 +73,27 @@ def export(
     from frobs_train.export.export import export as export_run
     from frobs_train.export.pages import find_page_writer
 
+    out, page, pretrained = options.out, options.page, options.pretrained
     write_page = None if page is None else find_page_writer()
     if pretrained or run.is_file():
         if write_page is None or page is None:
             what = "--pretrained" if pretrained else str(run)
             raise CommandLineError(what, "this policy is exported already; add --page FOLDER to write its page.")
-        given = {"--out": out, "--license": license, "--checkpoint": checkpoint != "newest" or None}
+        given = {
+            "--out": out,
+            "--license": options.license,
+            "--checkpoint": None if options.checkpoint == "newest" else options.checkpoint,
+        }
         if unused := [flag for flag, value in given.items() if value is not None]:
             raise ConflictingOptionsError(["--pretrained" if pretrained else str(run), *unused])
         with only_json(json), working("writing the page"):
-            facts = write_page(open_pretrained(str(run)) if pretrained else BundleRun(read_bundle(run), trust), page)
+            facts = write_page(
+                open_pretrained(str(run)) if pretrained else BundleRun(read_bundle(run), options.trust), page
+            )
         _print_page(facts, json)
         return
     with only_json(json), working("exporting"):
-        bundle = export_run(Run.open(run), out, checkpoint=checkpoint, license=license)
+        bundle = export_run(Run.open(run), out, checkpoint=options.checkpoint, license=options.license)
         latency = Policy(bundle.path).bench()
         facts = {}
         if write_page is not None and page is not None:
@@ -104,7 +103,7 @@ def export(
             {
                 "bundle": bundle.path,
                 "bytes": bundle.path.stat().st_size,
-                "format": format,
+                "format": options.format,
                 "export": bundle,
                 "latency": latency,
                 **({"page": facts} if facts else {}),

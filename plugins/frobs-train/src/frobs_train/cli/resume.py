@@ -2,36 +2,31 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Sequence
+from dataclasses import dataclass
 
-import typer
-
+from frobs_cli.field_options import option
 from frobs_cli.options import Json, RunFolder
 from frobs_train.cli.training_report import describe_training, report_training
 
 
+@dataclass(frozen=True, kw_only=True)
+class ResumeOptions:
+    """Options of ``frobs resume``.
+
+    Attributes:
+        steps: Total number of environment steps. To extend the run, specify a number larger than its current total.
+        settings: Setting to change for the rest of the run, such as keep_checkpoints=9 or
+            environment_kwargs.tolerance=0.02. Repeatable.
+    """
+
+    steps: int | None = option(None, min=1, show_default="the run's total")
+    settings: Sequence[str] = option((), name="set", metavar="KEY=VALUE")
+
+
 def resume(
     run: RunFolder,
-    steps: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N",
-            min=1,
-            show_default="the run's total",
-            help="Total number of environment steps. To extend the run, specify a number larger than its current "
-            "total.",
-        ),
-    ] = None,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="KEY=VALUE",
-            help="Setting to change for the rest of the run, such as keep_checkpoints=9 or "
-            "environment_kwargs.tolerance=0.02. "
-            "Repeatable.",
-        ),
-    ] = None,
+    options: ResumeOptions,
     json: Json = False,
 ) -> None:
     """Continue a training run from its newest checkpoint.
@@ -51,11 +46,11 @@ def resume(
     from frobs_train.training.resume import changed_config
 
     opened = Run.open(run)
-    config = changed_config(opened, steps, settings or ())
+    config = changed_config(opened, options.steps, options.settings)
     headline = describe_training(config, "resuming", str(run))
     report_training(
         headline,
         config.steps,
-        lambda update: resume_run(opened, steps=steps, settings=settings or (), on_progress=update),
+        lambda update: resume_run(opened, steps=options.steps, settings=options.settings, on_progress=update),
         json=json,
     )
