@@ -171,22 +171,17 @@ def _watch(env: Any, *, replayed: bool) -> tuple[Stopwatch, Snapshot, dict[tuple
     for method in ("advance", "reward", "reward_terms", "is_terminated", "is_success"):
         stopwatch.watch("task", env.task, method)
     stopwatch.watch("task", env.observations, "observe")
+    step = env.simulation.step
+
+    def saved(*args: Any) -> Any:
+        before.update(env.simulation.snapshot())  # not a part of the measured times
+        return step(*args)
+
     if replayed:
-        _save_states(env.simulation, before)
+        env.simulation.step = saved
     for robot in env.simulation.robots.values() if replayed else ():
         _watch_lidars(robot, cast)
     return stopwatch, before, cast
-
-
-def _save_states(simulation: Any, before: Snapshot) -> None:
-    """Save a simulation's state before each step. The measured times exclude the time for saving."""
-    step = simulation.step
-
-    def saved(*args: Any) -> Any:
-        before.update(simulation.snapshot())
-        return step(*args)
-
-    simulation.step = saved
 
 
 def _watch_lidars(robot: Any, cast: dict[tuple[str, str], Rays]) -> None:

@@ -140,7 +140,9 @@ SIGNS: Mapping[Status, str] = {Status.PASSED: "✓", Status.FAILED: "✗", Statu
 
 def markdown(certificate: Certificate) -> str:
     """Return the certificate as a Markdown page with a verdict, a table, descriptions, tolerances and versions."""
-    others = ", ".join(certificate.simulators[1:])
+    others, flat = ", ".join(certificate.simulators[1:]), dict[str, str]()
+    for name, value in certificate.versions.items():
+        flat |= {key: str(each) for key, each in (value if isinstance(value, Mapping) else {name: value}).items()}
     sections = [
         f"# Parity of {certificate.id}",
         f"**{'Passed' if certificate.passed else 'Not passed'}**: {certificate.verdict}.\n"
@@ -150,7 +152,7 @@ def markdown(certificate: Certificate) -> str:
         *(part for measurement in certificate.measurements for part in _section(measurement)),
         *_tolerances(certificate),
         "## Versions",
-        _table(dict(_flat(certificate.versions))),
+        _table(flat),
     ]
     return "\n\n".join(sections) + "\n"
 
@@ -217,11 +219,3 @@ def _table(lines: Mapping[str, str]) -> str:
 
 def _row(*cells: str) -> str:
     return f"| {' | '.join(cell.replace('|', '&#124;') for cell in cells)} |"
-
-
-def _flat(versions: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    for name, value in versions.items():
-        if isinstance(value, Mapping):
-            yield from ((str(inner), str(version)) for inner, version in value.items())
-        else:
-            yield name, str(value)

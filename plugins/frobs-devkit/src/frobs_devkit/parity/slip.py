@@ -97,12 +97,17 @@ class _Grasp:
         command[:, fingers] = self._open
         robot.write_joint_state(command)
         robot.set_command_mode([CommandMode.EFFORT if i in fingers else CommandMode.POSITION for i in range(robot.dof)])
+        turn = self._body.turned("y")[None]
         left = stroke / 2.0  # estimated remaining stroke, replaced by the measured value after the fingers stop
         for duration in (_CLOSING, _PRESSING):
             # By virtual work: if the joints moved the remaining distance, the gap would shrink by the body's width.
             command[:, fingers] = np.sign(self._closed - self._open) * press * self._body.edges[0] / left
             robot.command(command)
-            self._keep(duration)
+            for _ in range(round(duration / self._simulation.physics_timestep)):
+                pos, quat = robot.frame_pose(self._tcp)
+                turned = quat_multiply(quat, turn)
+                self._handle.write_pose(self._body.origin(pos, turned), turned)
+                self._simulation.step(1)
             left = np.abs(robot.joint_positions[0, fingers] - self._closed).sum()
             # If the fingers stop near an end of their stroke, the body is not between them or is too large.
             if not _FREE < left / stroke < 1.0 - _FREE:
@@ -113,11 +118,3 @@ class _Grasp:
         """Return the body's position in the tool frame, (3,) [m]."""
         pos, quat = self._robot.frame_pose(self._tcp)
         return np.asarray(quat_rotate(quat_conjugate(quat), self._handle.pose[0] - pos)[0])
-
-    def _keep(self, duration: float) -> None:
-        turn = self._body.turned("y")[None]
-        for _ in range(round(duration / self._simulation.physics_timestep)):
-            pos, quat = self._robot.frame_pose(self._tcp)
-            turned = quat_multiply(quat, turn)
-            self._handle.write_pose(self._body.origin(pos, turned), turned)
-            self._simulation.step(1)

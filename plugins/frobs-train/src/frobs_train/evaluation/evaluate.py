@@ -151,7 +151,10 @@ def evaluate(
     )
     name = f"step_{steps:09d}_seed{chosen_seed}_{episodes}episodes{f'_{simulator}' if simulator else ''}"
     if randomized:
-        name += "_randomized" if randomize is True else f"_randomized-{_digest(randomized)}"
+        text = to_json(spell_numbers(randomized), sort_keys=True).encode()
+        name += (
+            "_randomized" if randomize is True else f"_randomized-{hashlib.blake2b(text, digest_size=4).hexdigest()}"
+        )
     if not deterministic:
         name += "_sampled"
     if run.path.is_file() or isinstance(run, PolicyRun):  # only runs have a run folder
@@ -181,11 +184,6 @@ def usual_num_envs(config: RunConfig, episodes: int, simulator: str | None = Non
     record = plugins.records("simulator").get(name) if name else None
     alone = isinstance(record, SimulatorRecord) and record.capabilities.get("batched", Level.EXACT) < Level.EXACT
     return min(episodes, 256 if find_spec(config.environment).vector_entry_point is not None and not alone else 16)
-
-
-def _digest(settings: Mapping[str, Any]) -> str:
-    """Return a hash of settings, used to give the result files of different evaluations different names."""
-    return hashlib.blake2b(to_json(spell_numbers(settings), sort_keys=True).encode(), digest_size=4).hexdigest()
 
 
 def wilson_interval(successes: int, episodes: int) -> tuple[float, float]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from frobs_core.contracts import CommandMode
-from frobs_core.description import Bumper, Sensor
+from frobs_core.description import Bumper
 from frobs_core.kernel.robot_config import find_record
 from frobs_core.plugins.records import Level, SimulatorRecord
 from frobs_core.sensing.randomization import find_units, physical_parameters
@@ -71,16 +71,11 @@ def sensors_may_be_bad(subject: EnvUnderTest) -> None:
     """With imperfect sensors, batched and single environments match, and a restored batch continues as before."""
     with subject.ours() as env:
         there = inside(env).robot.robot.sensors
-        bad = {name: _spoil(sensor, inside(env).control_timestep) for name, sensor in there.items()}
+        faults: dict[str, Any] = {"delay": 2.0 * inside(env).control_timestep, "dropout": 0.2}
+        noises = {name: {} if isinstance(sensor, Bumper) else {"noise": 0.01} for name, sensor in there.items()}
+        bad = {name: replace(sensor, **faults, **noises[name]) for name, sensor in there.items()}
     if not bad:
         raise NotApplicable("the robot has no sensors")
     spoiled = EnvUnderTest(subject.id, {**subject.kwargs, "sensors": bad})
     vector.disabled_equals_single(spoiled)
     seeding.snapshot_continues(spoiled)
-
-
-def _spoil(sensor: Sensor, control_timestep: float) -> Sensor:
-    faults: dict[str, Any] = {"delay": 2.0 * control_timestep, "dropout": 0.2}
-    if not isinstance(sensor, Bumper):
-        faults["noise"] = 0.01
-    return replace(sensor, **faults)

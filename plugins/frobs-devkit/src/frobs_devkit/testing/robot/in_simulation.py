@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import combinations
 
 import numpy as np
@@ -38,11 +40,7 @@ def frames_agree(subject: RobotUnderTest) -> None:
 
 def home_is_held(subject: RobotUnderTest) -> None:
     """Under gravity, a robot holds its commanded home position for 1 s, and a wheeled robot does not move."""
-    if subject.robot.base == "floating":
-        raise NotApplicable("a floating base falls")
-    if subject.robot.base == "fixed":
-        efforts_hold_home(subject)
-    with subject.build(_scene(subject)) as (sim, robot):
+    with _standing(subject) as (sim, robot):
         robot.command(robot.home.copy())
         start = robot.base_pose[0].copy()
         sim.step(round(1.0 / TIMESTEP))
@@ -57,9 +55,15 @@ def home_is_held(subject: RobotUnderTest) -> None:
         expect_close(np.zeros_like(robot.home), velocities, 0.05, f"joint velocities ({names}) after 1 s")
 
 
-def _scene(subject: RobotUnderTest) -> Scene:
-    """Return a scene without a floor for a fixed base; the check home_is_above_floor compares it with the floor."""
-    return Scene(floor=subject.robot.base != "fixed")
+@contextmanager
+def _standing(subject: RobotUnderTest) -> Iterator[tuple[Simulation, RobotHandle]]:
+    """Build a robot that can stay at home. A fixed base needs no floor; home_is_above_floor compares it with the floor."""
+    if subject.robot.base == "floating":
+        raise NotApplicable("a floating base falls")
+    if subject.robot.base == "fixed":
+        efforts_hold_home(subject)
+    with subject.build(Scene(floor=subject.robot.base != "fixed")) as built:
+        yield built
 
 
 def _velocities(sim: Simulation, robot: RobotHandle) -> Floats:
@@ -78,12 +82,8 @@ def _velocities(sim: Simulation, robot: RobotHandle) -> Floats:
 
 def joints_follow(subject: RobotUnderTest) -> None:
     """Each joint reaches a commanded position near home, and wheels turn in the commanded direction."""
-    if subject.robot.base == "floating":
-        raise NotApplicable("a floating base falls")
-    if subject.robot.base == "fixed":
-        efforts_hold_home(subject)
     wheels = _wheels(subject)
-    with subject.build(_scene(subject)) as (sim, robot):
+    with _standing(subject) as (sim, robot):
         rolls = np.array([name in wheels for name in robot.joint_names], bool)
         if rolls.any():
             robot.set_command_mode([CommandMode.VELOCITY if rolling else CommandMode.POSITION for rolling in rolls])

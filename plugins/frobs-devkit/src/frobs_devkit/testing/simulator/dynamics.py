@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.contracts import CommandMode, RobotHandle
+from frobs_core.contracts import CommandMode
 from frobs_core.description import Body
 from frobs_core.models import Box, Inertial, Treatment, gravity_efforts, inertia_matrix
 from frobs_core.plugins.records import Level
@@ -137,7 +137,8 @@ def joints_carry_their_weight(subject: SimulatorUnderTest) -> None:
         robot.command(robot.home + np.array([[0.4, -0.7]]) * np.arange(sim.num_envs)[:, None])
         for _ in range(100):  # long enough for the robot to come to rest
             sim.step(20)
-        weight = _weight(robot)
+        gravity = quat_rotate(quat_conjugate(np.array(TILTED.quat_wxyz)), np.array(_GRAVITY))
+        weight = np.array([gravity_efforts(robot.model, positions, gravity) for positions in robot.joint_positions])
         tolerance = subject.tolerance("drive", exact=0.01, approximate=0.1) * float(np.abs(weight).max())
         expect_close(weight, robot.joint_efforts, tolerance, "joint_efforts of an arm at rest, against its weight")
 
@@ -180,9 +181,3 @@ def _free_spin(inertial: Inertial, quat: Floats, spin: Floats, seconds: float) -
         speed = float(np.linalg.norm(spin))
         quat = quat_multiply(quat_from_axis_angle(spin / speed, np.array(speed * seconds / steps)), quat)
     return quat, spin
-
-
-def _weight(robot: RobotHandle) -> Floats:
-    """Return the joint efforts that support the links, (num_envs, dof)."""
-    gravity = quat_rotate(quat_conjugate(np.array(TILTED.quat_wxyz)), np.array(_GRAVITY))
-    return np.array([gravity_efforts(robot.model, positions, gravity) for positions in robot.joint_positions])
