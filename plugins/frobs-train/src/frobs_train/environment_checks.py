@@ -182,8 +182,7 @@ class EpisodeChecks:
     def check_final(self, final: Any, ids: npt.NDArray[np.intp]) -> None:
         """Check the last observations of episodes in the environments with the indices ``ids``, (n,).
 
-        They are an object array (num_envs,), in which the environments' values may differ in type, or a batch
-        (num_envs, …).
+        They are an object array (num_envs,), whose elements may differ in type, or a batch (num_envs, …).
         """
         single = isinstance(final, np.ndarray) and final.dtype == object
         for row in ids.tolist() if single else []:

@@ -35,8 +35,7 @@ _REASONS = {
 def robot_file_text(report: RobotReport, robot: str, settings: Mapping[str, Any], file: Path) -> str:
     """Return the text of a robot file for a robot, which is a name or a model file.
 
-    The settings are ``xacro_args``, ``package_paths`` and ``attach``. Paths in the text are relative to the folder of
-    the robot file.
+    The settings are ``xacro_args``, ``package_paths`` and ``attach``. Paths in the text are relative to its folder.
     """
     lines = [_HEAD.format(name=file.name), f"robot: {to_json(_relative(robot, file))}"]
     for name, value in settings.items():

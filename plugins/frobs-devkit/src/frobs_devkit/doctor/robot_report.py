@@ -205,8 +205,7 @@ class SimulatorFacts:
         version: Version of the distribution.
         builds: Whether the simulator can build the robot, or None if building was not attempted.
         reason: Why the simulator cannot build the robot, or why building was not attempted.
-        overlaps: Pairs of links that overlap in the home position, as ``{"first", "second", "depth"}`` with the depth
-            in meters. None if unknown.
+        overlaps: Pairs of links that overlap at home, as ``{"first", "second", "depth"}`` in meters, or None.
         elements: Translations of the elements in the file.
     """
 

@@ -91,8 +91,7 @@ class Experiment:
     ) -> tuple[list[Comparison], Panel]:
         """Compare the values of each simulator with the values of the first simulator, and draw the curves.
 
-        The outcome of a simulator is None if it rejects the scene. The name of the body of the task's scene is added to
-        the descriptions.
+        The outcome of a simulator is None if it rejects the scene. The descriptions name the body, if there is one.
         """
         of = f" of '{body.name}'" if body else ""
         comparisons, expected = [], outcomes[0]

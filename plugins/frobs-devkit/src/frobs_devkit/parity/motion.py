@@ -86,8 +86,7 @@ def differences(reference: Sequence[Motion], other: Sequence[Motion]) -> Floats:
 def apart(found: Floats, expected: Floats, samples: int) -> Floats:
     """Return the distance (n,) between each recorded value (n,) and the range of the expected values (n,) near it.
 
-    The range includes ``samples`` expected values before and after each sample. With 0, these are the absolute
-    differences.
+    The range includes ``samples`` expected values before and after each sample, so 0 compares single values.
     """
     around = np.lib.stride_tricks.sliding_window_view(np.pad(expected, samples, mode="edge"), 2 * samples + 1)
     error: Floats = np.maximum(np.maximum(around.min(axis=-1) - found, found - around.max(axis=-1)), 0.0)

@@ -84,8 +84,7 @@ def _joined(rollouts: Sequence[Rollout]) -> dict[str, Floats]:
 def _errors(first: Sequence[Rollout], second: Sequence[Rollout]) -> dict[str, Floats]:
     """Return the absolute differences of each reward term, concatenated over all episodes.
 
-    If the length of an episode differs between the simulators, a NaN is appended. The differences of a missing term are
-    NaN.
+    A NaN is appended for an episode whose length differs. The differences of a missing term are NaN.
     """
 
     def differ(a: Rollout, b: Rollout, name: str) -> Floats:

@@ -55,8 +55,7 @@ def state() -> dict[str, object]:
 def main(module: str, key: str, findings: Path, seconds: float) -> None:
     """Import a plugin ``"distribution:name"``, call its hooks, and write the findings to a JSON file.
 
-    If the import takes longer than ``seconds``, the process writes its stack trace to the same path with the suffix
-    ``.hangs`` and exits.
+    After ``seconds``, the process writes its stack trace to the same path with the suffix ``.hangs`` and exits.
     """
     acts: list[str] = []
     importing = True

@@ -171,8 +171,7 @@ def _describe_gripper(robot: Robot, facts: RobotReport) -> Robot:
 def find_license(file: Path) -> tuple[str, str]:
     """Return a sentence about the location of a model file's license, and the license text.
 
-    The search starts in the file's folder and continues through at most four parent folders, up to the repository's
-    root.
+    The search starts in the file's folder and continues through four parent folders, up to the repository's root.
     """
     declared = ""
     for folder in list(file.resolve().parents)[:_LICENSE_FOLDERS]:

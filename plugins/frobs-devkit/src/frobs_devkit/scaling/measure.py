@@ -49,8 +49,7 @@ class ScalingRanges:
     def choose(cls, config: RunConfig, **ranges: Any) -> Self:
         """Return the ranges. A range that is None or omitted is replaced with one that suits the environment.
 
-        A simulator that is paced by the wall clock only supports a single environment. Environments of other libraries
-        do not have simulator threads.
+        A paced simulator supports only a single environment. Environments of other libraries have no simulator threads.
 
         Args:
             config: Configuration of the environment.

@@ -47,8 +47,7 @@ def measure_cluster(
 ) -> ScalingPoint:
     """Measure processes on a cluster for some ``seconds``. Each process is a job with one processor and ``memory`` [B].
 
-    The configuration's ``num_envs`` and ``threads`` apply to each process. The empty ``folder`` has the same path on
-    all machines.
+    ``num_envs`` and ``threads`` apply to each process. The empty ``folder`` has the same path on all machines.
     """
     jobs = []
     for index in range(processes):

@@ -30,8 +30,7 @@ class Isolate(Protocol):
             **entry_points: Module of each entry point by name, such as ``mine="my_package.plugin"``.
 
         Returns:
-            The plugin collection that :mod:`frobs_core.plugins` now uses. A broken plugin in this collection raises an
-            error.
+            The plugin collection that is now used, in which a broken plugin raises an error.
         """
 
 

@@ -37,8 +37,7 @@ class Estimate:
 def interquartile_mean(values: Floats, axis: int = -1) -> Floats:
     """Return the mean of the middle half of the values along an axis, as float64.
 
-    The lowest and the highest quarter of the values are dropped. As in SciPy's ``trim_mean`` and in rliable, the number
-    of dropped values is rounded down.
+    The lowest and the highest quarter, rounded down as in SciPy's ``trim_mean`` and in rliable, are dropped.
     """
     ordered = np.sort(np.moveaxis(np.asarray(values, np.float64), axis, -1), axis=-1)
     count = ordered.shape[-1]

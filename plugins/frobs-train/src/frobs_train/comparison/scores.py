@@ -87,8 +87,7 @@ def score_run(
 ) -> RunScore:
     """Return the result of a run, from the fields of an evaluation, the newest evaluation, or else the log.
 
-    If there is a threshold of the metric, the result includes the environment steps at which the learning curve of the
-    given source reaches it.
+    If there is a threshold, the result includes the steps at which the learning curve of the source reaches it.
     """
     assert run.config.seed is not None
     if found is None:

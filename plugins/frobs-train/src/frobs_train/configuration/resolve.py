@@ -53,8 +53,7 @@ def resolve_config(
             ``base``, ``simulator``, ``controller``, ``object``, ``object_mass`` and ``object_scale`` of
             ``environment_kwargs`` are also accepted. Values of None are ignored.
         settings: Assignments of YAML values to dotted keys, such as ``"algorithm_config.n_steps=16"``.
-        check_parts: Whether to check the names and keywords of the environment's parts first, because importing the
-            algorithm's library may take many seconds.
+        check_parts: Whether to check the environment's parts first, because an algorithm's library is slow to import.
 
     Returns:
         The configuration, including all defaults of the algorithm. If the robot is a model file,

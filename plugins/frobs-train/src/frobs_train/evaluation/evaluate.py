@@ -89,8 +89,7 @@ def evaluate(
 ) -> Evaluation:
     """Evaluate a checkpoint, and write the result to the run's ``evaluations/`` folder.
 
-    Each environment runs a fixed number of episodes, so that short episodes are not overrepresented. Evaluation seeds
-    are never used in training.
+    Each environment runs a fixed number of episodes, so that short ones are not overrepresented, with unseen seeds.
 
     Args:
         run: The run.

@@ -111,8 +111,7 @@ def play_steps(
 ) -> Iterator[int]:
     """Play episodes in a single environment, and yield the step of the episode after each reset (0) and step.
 
-    The seed is that of the first episode. If ``longest_episode`` is given, a longer episode without a time limit is an
-    error.
+    The seed is that of the first episode. If ``longest_episode`` is given, it limits episodes without a time limit.
     """
     checks = EpisodeChecks(env, None if has_time_limit(env) else longest_episode)
     for episode in count() if episodes is None else range(episodes):

@@ -27,8 +27,7 @@ class BundleRun(Run):
 
     Args:
         bundle: Content of the bundle file.
-        trust: Whether building the environment may load files, modules, and wrappers that are not listed in
-            ``frobs_train/export/untrusted.py``.
+        trust: Whether the environment may load what ``frobs_train/export/untrusted.py`` does not list.
 
     Attributes:
         bundle: Content of the bundle file.

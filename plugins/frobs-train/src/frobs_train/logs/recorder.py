@@ -35,8 +35,7 @@ class FinishedEpisodes:
 class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
     """Wrapper that reports finished episodes and stops at errors, without changing the behavior of the environment.
 
-    The observations, rewards, actions and metrics must be finite. Bounds of infinity in a space only mean that finite
-    values of any size are allowed.
+    Observations, rewards, actions and metrics must be finite, also if a space has bounds of infinity.
 
     Like Gymnasium's ``RecordEpisodeStatistics``, the wrapper adds ``episode`` and ``_episode`` to ``info``.
 

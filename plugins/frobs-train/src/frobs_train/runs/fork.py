@@ -31,8 +31,7 @@ def copy_run(source: Path, target: Path) -> None:
 def fork_run(source: Path, path: Path, config: RunConfig) -> Run:
     """Replace a run folder with a copy of another run, and change the algorithm settings of the copy.
 
-    The other run has a checkpoint. No process may be training in ``path`` during this call. The copy can be continued
-    with :func:`frobs_train.resume`.
+    The other run has a checkpoint, and no process is training in ``path``. The copy can be resumed.
     """
     aside = path.with_name(f".{path.name}.{os.getpid()}")
     shutil.rmtree(aside, ignore_errors=True)

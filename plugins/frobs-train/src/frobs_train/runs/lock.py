@@ -28,8 +28,7 @@ _NO_LINKS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # a lin
 class RunLock:
     """Context manager that locks a run folder for this process.
 
-    If the machine or the file system does not support locks, the folder is considered locked while the process
-    identified in the lock file is running.
+    Without support for locks, the folder is locked while the process identified in the lock file is running.
     """
 
     def __init__(self, path: Path) -> None:

@@ -63,8 +63,7 @@ def load_model_file(
 ) -> tuple[Algorithm, int]:
     """Load a model for the spaces of a single environment. For ``algorithm`` and ``trust``, see :class:`ModelFile`.
 
-    The result is an object with the spaces and the ``predict`` method of an algorithm, and the number of environment
-    steps for which it was trained.
+    The result is an object with ``predict`` and the spaces of an algorithm, and its number of training steps.
     """
     module, _, function = _opener(file, algorithm).partition(":")
     opener: Callable[..., tuple[Algorithm, int]] = getattr(import_module(module), function)

@@ -199,8 +199,7 @@ def load_algorithm(
 ) -> tuple[Algorithm, int]:
     """Load a checkpoint of a run, which may still be training, for predictions in an environment with these spaces.
 
-    For ``checkpoint``, see ``TrainedPolicy``. The result is the algorithm, and the number of environment steps for
-    which it was trained.
+    For ``checkpoint``, see ``TrainedPolicy``. The result is the algorithm, and its number of training steps.
     """
     if run.edited is not None:
         keys = ", ".join(key for key, _, _ in differences(run.config.model_dump(), run.edited.model_dump()))

@@ -40,8 +40,7 @@ class Progress:
         reward: Mean reward per episode over the last 100 episodes, or None before the first episode ends.
         length: Mean length of the last 100 episodes [control steps], or None before the first episode ends.
         success: Success rate of the last 100 episodes, or None if the environment does not report success.
-        evaluation: Success rate in the last evaluation, or the mean reward if the environment does not report success.
-            None before the first evaluation.
+        evaluation: Success rate in the last evaluation, or else the mean reward. None before the first evaluation.
     """
 
     steps: int

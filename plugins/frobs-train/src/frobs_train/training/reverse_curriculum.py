@@ -34,8 +34,7 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
     episodes that began at the front have succeeded. An episode that begins on the path inherits the remaining time,
     goals, objects and randomized parameters of the expert's episode.
 
-    ``final_info`` contains ``frobs/from_path``, (num_envs,) bool, which is True if the finished episode began on the
-    path.
+    ``final_info`` contains ``frobs/from_path``, (num_envs,) bool: whether the finished episode began on the path.
 
     The constructor raises RunError if the environment is not a native vector environment with same-step autoreset and a
     time limit, its task has no expert, or the expert does not support the controllers or never succeeds.
@@ -120,8 +119,7 @@ def _expert_path(
 ) -> tuple[dict[str, np.ndarray[Any, Any]], np.ndarray[Any, Any]]:
     """Run the expert for one episode in each environment.
 
-    Return concatenated snapshots, as arrays of shape (states · num_envs, …), and the indices of the environments in
-    which the expert succeeded.
+    Return concatenated snapshots, (states · num_envs, …), and the indices of the environments that succeeded.
     """
     try:
         expert = load_policy("expert", env)

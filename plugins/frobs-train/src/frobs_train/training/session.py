@@ -106,8 +106,7 @@ def prepare_training(
 
     Args:
         config: Configuration from :func:`frobs_train.resolve_config`. The seed defaults to 0.
-        load: Function that restores the environments and the statistics, and returns the algorithm of a checkpoint. By
-            default, a new algorithm is built.
+        load: Function that restores environments and statistics and returns an algorithm, instead of a new one.
 
     Raises:
         UnknownNameError: The environment ID or algorithm does not exist.

@@ -69,8 +69,7 @@ class StudyResult:
         storage: URL of the storage.
         folder: Folder with the runs and ``best.yaml``.
         trials: Trials of all processes, ordered by number.
-        best: Best complete trial, or None if no trial is complete. If all complete trials have the same value, it is the
-            one with the highest reward.
+        best: Best complete trial, or None. If all have the same value, it is the one with the highest reward.
         tied: Whether all complete trials, at least two, have the same value of success.
         best_config: Configuration of the best trial for ``frobs train --config``, or None if no trial is complete.
     """

@@ -23,8 +23,7 @@ def check_controller(
 
     Args:
         controller: Name of an installed controller, or the record of a controller that is not installed yet.
-        robot: Name or description of the robot for the checks. Defaults to a small arm, or to a small rover if the
-            controller cannot control the arm.
+        robot: Name or description of the robot. Defaults to a small arm or, if it is unsuitable, a small rover.
         simulator: Name of the simulator for the checks.
         **kwargs: Keyword arguments of the controller.
 
