@@ -12,7 +12,7 @@ import re
 import sys
 import threading
 import time
-from collections.abc import Callable, Container, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
@@ -155,12 +155,7 @@ def print_title(text: str, detail: str = "") -> None:
 
 
 def print_table(
-    columns: Sequence[str],
-    rows: Sequence[Sequence[str | Text]],
-    *,
-    header: bool = True,
-    indent: int = 2,
-    right: Container[int] = (),
+    columns: Sequence[str], rows: Sequence[Sequence[str | Text]], *, header: bool = True, indent: int = 2
 ) -> None:
     """Write a table to stdout. The last column's text is wrapped, or placed below the row in a narrow terminal.
 
@@ -169,7 +164,6 @@ def print_table(
         rows: Rows, each with one text per column.
         header: Whether to show the headings.
         indent: Indentation of each line [characters].
-        right: Indices of the right-aligned columns.
     """
     from rich.text import Text
 
@@ -183,12 +177,8 @@ def print_table(
     room = out.width - start if out.is_terminal else widths[-1]
     stacked = room < min(widths[-1], _NARROWEST_PROSE)
     for i, (*front, prose) in enumerate(lines):
-        for column, (cell, width) in enumerate(zip(front, widths[:-1], strict=True)):
-            if column in right:
-                cell.pad_left(width - cell.cell_len)
+        for cell, width in zip(front, widths[:-1], strict=True):
             cell.pad_right(width + 2 - cell.cell_len)
-        if len(widths) - 1 in right and not stacked:
-            prose.pad_left(widths[-1] - prose.cell_len)
         wrapped = [] if stacked else list(prose.wrap(out, max(room, 1)))
         text = Text.assemble(" " * indent, *front, *wrapped[:1])
         text.rstrip()

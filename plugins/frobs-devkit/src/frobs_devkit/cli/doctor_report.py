@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frobs_cli.output import console, print_line, print_table, print_title
+from frobs_cli.output import as_cell, console, print_line, print_title
 from frobs_devkit.doctor import Finding, JointFacts, RobotReport, Severity, SimulatorFacts, ToolCandidate
 from frobs_models import Gripper
 
@@ -74,12 +74,10 @@ def _print_joints(joints: Iterable[JointFacts]) -> None:
         if joint.mimic:
             offset = f" {joint.mimic['offset']:+.3g}" if joint.mimic["offset"] else ""
             followers.append([joint.name, f"= {joint.mimic['multiplier']:g} · {joint.mimic['joint']}{offset}"])
-    print_table(
-        ["joint", "type", "axis", "lower", "upper", "velocity", "effort", "home"], rows, right=range(3, 8), indent=4
-    )
+    _print_table(["joint", "type", "axis", "lower", "upper", "velocity", "effort", "home"], rows, right=range(3, 8))
     if followers:
         _section("joints that mimic others")
-        print_table(["", ""], followers, header=False, indent=4)
+        _print_table(["", ""], followers, header=False)
 
 
 def _axis(axis: Sequence[float]) -> str:
@@ -101,7 +99,7 @@ def _print_drives(joints: Sequence[JointFacts]) -> None:
             [joint.name, *map(_number, numbers), "–" if joint.effort is None else _number(joint.effort), *frequency]
         )
     heads = ["joint", "inertia", "Kp", "Kd", "holds", "limit", "Hz", "time"]
-    print_table(heads, rows, right=range(1, 8), indent=4)
+    _print_table(heads, rows, right=range(1, 8))
 
 
 def _print_links(report: RobotReport) -> None:
@@ -111,7 +109,7 @@ def _print_links(report: RobotReport) -> None:
         rows.append(
             [link.name, _number(link.mass), size, *(str(n) if n else "–" for n in (link.visuals, link.collisions))]
         )
-    print_table(["link", "kg", "size in m", "visuals", "collisions"], rows, right=(1, 3, 4), indent=4)
+    _print_table(["link", "kg", "size in m", "visuals", "collisions"], rows, right=(1, 3, 4))
 
 
 def _print_tools(tools: Sequence[ToolCandidate]) -> None:
@@ -120,7 +118,7 @@ def _print_tools(tools: Sequence[ToolCandidate]) -> None:
         why = [word for word, holds in (("chosen", tool.chosen), ("tool name", tool.usual_name)) if holds]
         reach = [_number(tool.reach), _number(tool.longest_reach)]
         rows.append([tool.link, str(tool.actuated_joints), *reach, ", ".join(why)])
-    print_table(["link", "joints", "reach in m", "at most", ""], rows, right=(1, 2, 3), indent=4)
+    _print_table(["link", "joints", "reach in m", "at most", ""], rows, right=(1, 2, 3))
     if len(tools) > _TOOLS:
         print_line(f"    … and {len(tools) - _TOOLS} more; --json lists all")
 
@@ -152,7 +150,7 @@ def _print_simulator(simulator: SimulatorFacts) -> None:
             ]
             for row in sorted(simulator.elements, key=lambda row: list(_TREATMENTS).index(row.treatment))
         ]
-        print_table(["in the file", "", "", ""], rows, right=(1,), header=False, indent=4)
+        _print_table(["in the file", "", "", ""], rows, right=(1,), header=False)
 
 
 def print_findings(findings: Sequence[Finding]) -> None:
@@ -213,7 +211,45 @@ def _section(title: str, detail: str = "") -> None:
 
 
 def _print_grid(rows: Sequence[Sequence[str | Text]], *, indent: int = 2) -> None:
-    print_table([""] * len(rows[0]), rows, header=False, indent=indent)
+    """Write rows without column headings, and wrap the last column."""
+    _print_table([""] * len(rows[0]), rows, header=False, indent=indent)
+
+
+def _print_table(
+    heads: Sequence[str],
+    rows: Sequence[Sequence[str | Text]],
+    *,
+    right: Iterable[int] = (),
+    header: bool = True,
+    indent: int = 4,
+) -> None:
+    """Write a table that fits the width of the terminal, and wrap text but not numbers.
+
+    ``right`` contains the indices of the right-aligned columns, and ``indent`` is a number of characters.
+    """
+    from rich.padding import Padding
+    from rich.table import Table
+
+    numbers = set(right)
+    table = Table(box=None, show_header=header, header_style="dim", padding=(0, 2, 0, 0), pad_edge=False)
+    for i, head in enumerate(heads):
+        table.add_column(
+            head,
+            justify="right" if i in numbers else "left",
+            no_wrap=i in numbers or (i > 0 and header and head != "axis"),
+            overflow="fold",
+            style="cyan" if i == 0 and len(heads) > 2 else None,
+        )
+    for row in rows:
+        table.add_row(*map(as_cell, row))
+    out, padded = console(), Padding(table, (0, 0, 0, indent), expand=False)
+    if out.is_terminal:
+        out.print(padded)
+        return
+    with out.capture() as captured:  # avoids trailing blanks in files
+        out.print(padded)
+    for line in captured.get().splitlines():
+        out.print(line.rstrip(), soft_wrap=True)
 
 
 def _number(value: float | None) -> str:
