@@ -57,6 +57,7 @@ class Stopwatch:
         return sum(self.times.get(part, ()))
 
     def clear(self) -> None:
+        """Set all times to zero."""
         for times in self.times.values():
             times.clear()
 

@@ -28,6 +28,7 @@ class Motion:
     efforts: Floats  # (samples, dof) [N·m or N]
 
     def until(self, samples: int) -> Motion:
+        """Return the first ``samples`` samples."""
         return Motion(*(array[:samples] for array in (self.times, self.positions, self.velocities, self.efforts)))
 
 

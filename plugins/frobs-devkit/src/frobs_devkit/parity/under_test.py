@@ -142,6 +142,7 @@ class Pair:
         return judge(tolerance_name, quantity, self.other.label, self.reference.label, errors, exact=exact, **options)
 
     def skip(self, reason: str, quantity: str = "") -> Comparison:
+        """Return a skipped comparison with the given reason."""
         return skip(self.other.label, self.reference.label, reason, quantity)
 
 

@@ -34,6 +34,7 @@ class ExtensionUnderTest:
 
     @property
     def record(self) -> Any:
+        """The record of the extension."""
         return self.item.record
 
     def simulators(self, capability: str) -> Iterator[SimulatorUnderTest]:

@@ -41,6 +41,7 @@ class PluginUnderTest:
 
     @property
     def report(self) -> PluginReport:
+        """The report about loading the plugin."""
         for report in plugins.reports():
             if self.name in (report.name, f"{report.distribution}:{report.name}"):
                 return report
@@ -48,6 +49,7 @@ class PluginUnderTest:
 
     @property
     def candidate(self) -> Candidate:
+        """The plugin's entry point."""
         report = self.report
         return next(
             candidate

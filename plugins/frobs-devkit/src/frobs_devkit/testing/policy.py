@@ -36,6 +36,7 @@ class PolicyUnderTest:
 
     @property
     def record(self) -> PolicyRecord:
+        """The policy's record."""
         found = find_policy(self.name) if is_path(self.name) else plugins.get_record("policy", str(self.name))
         return cast("PolicyRecord", found)
 

@@ -59,6 +59,7 @@ class TrainingProgress:
             self._write_line(self.last)
 
     def update(self, progress: Progress) -> None:
+        """Show the progress of training."""
         if self.last is None:
             self._console.print(one_line(self._headline), soft_wrap=True)
         self.last = progress

@@ -82,6 +82,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         return tuple(self._terms)
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Reset all environments."""
         self._rewards[:] = 0.0
         self.checks.lengths[:] = 0
         for sums in self._terms.values():
@@ -92,6 +93,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         return observation, info
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        """Step the environments, and add up rewards and episode lengths."""
         self.checks.check_action(actions)
         with fault_named(self.checks.environment, "step"):
             observation, rewards, terminated, truncated, info = self.env.step(actions)

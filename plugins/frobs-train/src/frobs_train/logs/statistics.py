@@ -23,6 +23,7 @@ class EpisodeStatistics:
         self.recent_successes: deque[float] = deque(maxlen=100)
 
     def add(self, finished: FinishedEpisodes) -> None:
+        """Add the episodes that ended at a step."""
         self._since.append(finished)
         self.recent_rewards.extend(finished.rewards.tolist())
         self.recent_lengths.extend(finished.lengths.tolist())
@@ -44,6 +45,7 @@ class EpisodeStatistics:
         return row
 
     def snapshot(self) -> dict[str, np.ndarray[Any, Any]]:
+        """Return the state of the statistics as arrays."""
         recent = {"rewards": self.recent_rewards, "lengths": self.recent_lengths, "successes": self.recent_successes}
         types = {"lengths": np.int64}
         since: dict[str, list[np.ndarray[Any, Any]]] = {}
@@ -58,6 +60,7 @@ class EpisodeStatistics:
         }
 
     def restore(self, arrays: Arrays) -> None:
+        """Restore a snapshot."""
         for name in ("recent_rewards", "recent_lengths", "recent_successes"):
             setattr(self, name, deque(arrays[name.replace("_", "/")].tolist(), maxlen=100))
         self._since = []

@@ -103,6 +103,7 @@ class RunMonitor:
         self._soonest = min(self._next.values())
 
     def is_due(self, steps: int) -> bool:
+        """Return whether a log row, an evaluation or a checkpoint is due, or an interruption has been requested."""
         if steps >= self._soonest:
             return True
         if self._context.interrupts.requested is None:
@@ -146,10 +147,12 @@ class RunMonitor:
         successes: Floats | None = None,
         terms: Mapping[str, Floats] | None = None,
     ) -> None:
+        """Add episodes of environments that the algorithm steps in other processes."""
         nowhere = np.full(len(rewards), -1, np.intp)
         self._context.env.add_elsewhere(FinishedEpisodes(nowhere, rewards, lengths, successes, dict(terms or {})))
 
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
+        """Write a checkpoint if one is due or training stops."""
         stopping = self.stopped is not None or self._context.interrupts.requested is not None
         if stopping or steps >= self._next["checkpoint"]:
             self.write_checkpoint(steps, save)

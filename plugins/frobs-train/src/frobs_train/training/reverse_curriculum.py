@@ -79,6 +79,7 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         return share / (share + (1.0 - share) * length)
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        """Step the environments, and count the successes of episodes that began at the front."""
         began = self._state.copy()
         observation, rewards, terminated, truncated, info = self.env.step(actions)
         done = terminated | truncated
@@ -106,6 +107,7 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         return {"state": self._state.copy(), "counts": counts}
 
     def restore(self, snapshot: Mapping[str, np.ndarray[Any, Any]]) -> None:
+        """Restore a snapshot."""
         self._state[:] = snapshot["state"]
         self.front, self._episodes, self._successes = snapshot["counts"].tolist()
 

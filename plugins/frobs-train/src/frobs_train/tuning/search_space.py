@@ -61,6 +61,7 @@ class Dimension(BaseModel):
         return self
 
     def draw(self, trial: optuna.Trial, key: str) -> Any:
+        """Draw a value for an Optuna trial."""
         if self.choices is not None:
             texts = {_text(value): value for value in self.choices}  # Optuna can store only scalar choices
             return texts[trial.suggest_categorical(key, list(texts))]
@@ -71,6 +72,7 @@ class Dimension(BaseModel):
         return self._prefixed(trial.suggest_float(key, low, high, step=self.step, log=self.log))
 
     def sample(self, rng: np.random.Generator) -> Any:
+        """Return a random value."""
         if self.choices is not None:
             return self.choices[int(rng.integers(len(self.choices)))]
         low, high = self._bounds
@@ -98,6 +100,7 @@ class Dimension(BaseModel):
 
     @property
     def example(self) -> Any:
+        """An example value."""
         if self.choices is not None:
             return self.choices[0]
         low, _ = self._bounds

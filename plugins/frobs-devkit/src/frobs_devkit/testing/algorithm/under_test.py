@@ -45,11 +45,13 @@ class Watched(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         self.actions = 0
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Store the seed, and reset the environments."""
         if seed is not None:
             self.seeds.append(seed)
         return super().reset(seed=seed, options=options)
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        """Count the steps, check the actions, and step the environments."""
         self.taken += self.num_envs
         self.actions = zlib.crc32(np.ascontiguousarray(actions).tobytes(), self.actions)
         if self.outside is None and not self.action_space.contains(np.asarray(actions, self.action_space.dtype)):
@@ -68,9 +70,11 @@ class Monitor:
         self.offers: list[int] = []
 
     def is_due(self, steps: int) -> bool:
+        """Return True."""
         return True
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
+        """Store the metrics and continue training."""
         self.steps.append(steps)
         self.taken.append(self.env.taken)
         self.rows.append(dict(metrics))
@@ -80,6 +84,7 @@ class Monitor:
         """Ignore episodes in environments that the algorithm created itself."""
 
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
+        """Store the step count without saving a checkpoint."""
         self.offers.append(steps)
 
 
@@ -130,6 +135,7 @@ class AlgorithmUnderTest:
         return Watched(env if wrap is None else wrap(env))
 
     def make(self, env: Watched, seed: int = 5) -> Algorithm:
+        """Create the untrained algorithm."""
         cls: type[Algorithm] = self.record.load()
         return cls(env, cls.resolve_config(self.config), seed)
 
@@ -144,6 +150,7 @@ class AlgorithmUnderTest:
 
     @cached_property
     def untrained(self) -> Algorithm:
+        """The algorithm before training."""
         with closing(self.make_env()) as env:
             return self.make(env)
 

@@ -46,6 +46,7 @@ class Bound:
         return command
 
     def advance(self) -> None:
+        """Advance by one control step."""
         if self.controller.rate == "physics":
             self.simulation.step_with(self.decimation, lambda: self.robot.command(self.controller.update()))
         else:
@@ -203,11 +204,13 @@ class ControllerUnderTest:
             yield bound
 
     def new_controller(self) -> Controller:
+        """Create the controller."""
         controller: Controller = build(f"controller '{self.record.name}'", self.record.load(), self.kwargs)
         return controller
 
     @staticmethod
     def model(robot: Robot) -> RobotModel:
+        """Return the model of a robot."""
         if robot in (ARM, ROVER):
             return model_of(robot.model)
         return robot.read_model()

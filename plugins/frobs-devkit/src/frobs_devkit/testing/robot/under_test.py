@@ -29,6 +29,7 @@ class RobotUnderTest:
 
     @property
     def model(self) -> RobotModel:
+        """The parsed model file."""
         return self.robot.read_model()
 
     @property
