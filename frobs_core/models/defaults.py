@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.models.kinematics import joint_path, moved, outward
+from frobs_core.models.kinematics import joint_path, outward, poses_by_link
 from frobs_core.models.load import find_reader, is_model_file
 from frobs_core.models.model import Joint, JointType, RobotModel
 from frobs_core.models.solids import inertia_matrix
@@ -222,9 +222,7 @@ def _inertias(model: RobotModel, joint_positions: Floats) -> Floats:
     """Return the inertia that each actuated joint moves, (n, dof), for joint positions (n, dof)."""
     n = len(joint_positions)
     joints = outward(model)
-    poses = {model.root: (np.zeros((n, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)))}
-    for joint in joints:
-        poses[joint.child] = moved(joint, *poses[joint.parent], _position(model, joint, joint_positions))
+    poses = poses_by_link(model, joint_positions)
     # Sums over each link's subtree, relative to the root: mass, mass times position, inertia about the root's origin
     mass = {link.name: 0.0 for link in model.links}
     moment = {link.name: np.zeros((n, 3)) for link in model.links}
@@ -263,15 +261,6 @@ def _inertias(model: RobotModel, joint_positions: Floats) -> Floats:
         result[:, columns[leader.joint]] += leader.multiplier**2 * (carried + joint.armature)
     least = [_LEAST_MASS if joint.type == JointType.PRISMATIC else _LEAST_INERTIA for joint in model.actuated_joints]
     return np.maximum(result, least)
-
-
-def _position(model: RobotModel, joint: Joint, joint_positions: Floats) -> Floats:
-    """Return the positions of one joint, (n, 1) [rad or m], or zeros if the joint does not move."""
-    leader = model.leader(joint)
-    if leader is None:
-        return np.zeros((len(joint_positions), 1))
-    column = model.joint_names.index(leader.joint)
-    return leader.multiplier * joint_positions[:, column : column + 1] + leader.offset
 
 
 def _about_origin(positions: Floats) -> Floats:

@@ -83,34 +83,10 @@ def forward_kinematics(model: RobotModel, frame: str, joint_positions: npt.Array
     return state[:3].T.copy(), state[3:].T.copy()
 
 
-@dataclass(frozen=True, eq=False)
-class LinkTree:
-    """Constants of a robot's tree, to compute the poses of all its links at once.
-
-    Attributes:
-        steps: Index of the parent link and of the child link of each of the k joints, each after its parent's.
-        origins: Pose of each joint's frame in its parent link, (k, 4, 4).
-        columns: Index of the actuated joint that each joint follows, (k,), 0 if it follows none.
-        multipliers: Multipliers of mimic joints, 1 for actuated joints and 0 for joints that stay at zero, (k,).
-        offsets: Offsets of mimic joints, (k,) [rad or m].
-        slides: Axes of the prismatic joints, and zeros for others, (k, 3).
-        turns: Cross product matrices of the axes of the revolute joints, and zeros for others, (k, 3, 3).
-    """
-
-    steps: tuple[tuple[int, int], ...]
-    origins: Floats
-    columns: npt.NDArray[np.intp]
-    multipliers: Floats
-    offsets: Floats
-    slides: Floats
-    turns: Floats
-
-
 def link_poses(model: RobotModel, joint_positions: npt.ArrayLike) -> tuple[Floats, Floats]:
     """Return the poses of all links relative to the root link, in the order of ``model.links``.
 
-    This is faster than :func:`forward_kinematics` for each link. Quaternions may change their sign between calls.
-    Floating, planar and passive joints stay at zero.
+    This is faster than :func:`forward_kinematics` for each link. Floating, planar and passive joints stay at zero.
 
     Args:
         model: Model of the robot.
@@ -123,46 +99,23 @@ def link_poses(model: RobotModel, joint_positions: npt.ArrayLike) -> tuple[Float
     Raises:
         ConfigurationError: The joint positions do not have the shape (n, dof).
     """
-    tree = model.link_tree
-    positions = np.asarray(joint_positions, float)
-    _check_joint_positions(model, positions)
-    n, k = len(positions), len(tree.steps)
-    moved = np.zeros((n, k, 4, 4))
-    if k:
-        q = tree.offsets + tree.multipliers * (positions[:, tree.columns] if positions.shape[1] else 0.0)  # (n, k)
-        sines, versines = np.sin(q)[..., None, None], (1.0 - np.cos(q))[..., None, None]
-        moved[..., :3, :3] = np.eye(3) + sines * tree.turns + versines * (tree.turns @ tree.turns)
-        moved[..., :3, 3], moved[..., 3, 3] = q[..., None] * tree.slides, 1.0
-        moved = tree.origins @ moved
-    poses = np.zeros((n, len(model.links), 4, 4))
-    poses[:] = np.eye(4)
-    for joint, (parent, child) in enumerate(tree.steps):
-        np.matmul(poses[:, parent], moved[:, joint], out=poses[:, child])
-    return poses[..., :3, 3].copy(), quat_from_matrix(poses[..., :3, :3])
+    poses = poses_by_link(model, np.asarray(joint_positions, float))
+    pos, quat = (np.stack([poses[link.name][i] for link in model.links], axis=1) for i in (0, 1))
+    return pos, quat
 
 
-def make_link_tree(model: RobotModel) -> LinkTree:
-    """Precompute the constants of :func:`link_poses`."""
-    index = {link.name: i for i, link in enumerate(model.links)}
-    joints = outward(model)
-    k = len(joints)
-    origins, slides, turns = np.zeros((k, 4, 4)), np.zeros((k, 3)), np.zeros((k, 3, 3))
-    columns, multipliers, offsets = np.zeros(k, np.intp), np.zeros(k), np.zeros(k)
-    for i, joint in enumerate(joints):
-        origins[i, :3, :3] = matrix_from_quat(np.array(joint.origin.quat_wxyz))
-        origins[i, :3, 3], origins[i, 3, 3] = joint.origin.pos, 1.0
-        leader = model.leader(joint)
-        if leader is None:
-            continue
-        columns[i] = model.joint_names.index(leader.joint)
-        multipliers[i], offsets[i] = leader.multiplier, leader.offset
-        x, y, z = joint.axis
-        if joint.type is JointType.PRISMATIC:
-            slides[i] = joint.axis
-        else:
-            turns[i] = ((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0))
-    steps = tuple((index[joint.parent], index[joint.child]) for joint in joints)
-    return LinkTree(steps, origins, columns, multipliers, offsets, slides, turns)
+def poses_by_link(model: RobotModel, joint_positions: Floats) -> dict[str, tuple[Floats, Floats]]:
+    """Return pos (n, 3) [m] and quat_wxyz (n, 4) of each link, by name. For the arguments, see :func:`link_poses`."""
+    _check_joint_positions(model, joint_positions)
+    n = len(joint_positions)
+    poses = {model.root: (np.zeros((n, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)))}
+    for joint in outward(model):
+        leader, position = model.leader(joint), np.zeros((n, 1))
+        if leader is not None:
+            column = model.joint_names.index(leader.joint)
+            position = leader.multiplier * joint_positions[:, column : column + 1] + leader.offset
+        poses[joint.child] = moved(joint, *poses[joint.parent], position)
+    return poses
 
 
 def _check_joint_positions(model: RobotModel, positions: Floats) -> None:

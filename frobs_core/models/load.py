@@ -44,12 +44,7 @@ def load_model(
 
 
 def mesh_solid(mesh: Mesh) -> tuple[float, Floats, Floats]:
-    """Return the volume [m³], the centroid (3,) [m], and the inertia about it for a mass of 1 kg, (3, 3) [m²].
-
-    Raises:
-        ModelFileError: The mesh cannot be read, its surface is not closed, or no installed plugin reads its format.
-        PluginError: The reader of this format cannot be imported.
-    """
+    """Return the volume [m³], the centroid (3,) [m], and the inertia about it for a mass of 1 kg, (3, 3) [m²]."""
     return cast(tuple[float, Floats, Floats], find_reader(mesh.path, "mesh").solid(mesh))
 
 

@@ -14,7 +14,7 @@ from frobs_core.models.notes import Note
 from frobs_core.util.arrays import Floats
 
 if TYPE_CHECKING:
-    from frobs_core.models.kinematics import Chain, LinkTree
+    from frobs_core.models.kinematics import Chain
 
 Vector3: TypeAlias = tuple[float, float, float]
 Quaternion: TypeAlias = tuple[float, float, float, float]
@@ -290,13 +290,6 @@ class RobotModel:
     def _chains(self) -> dict[str, Chain]:
         """Cached kinematic chains of the requested frames, by frame name."""
         return {}
-
-    @cached_property
-    def link_tree(self) -> LinkTree:
-        """Constants of :func:`frobs_core.models.link_poses`."""
-        from frobs_core.models.kinematics import make_link_tree
-
-        return make_link_tree(self)
 
     def frame_pose(self, frame: str, joint_positions: Floats) -> tuple[Floats, Floats]:
         """Return the pose of a link relative to the root link: pos (n, 3) [m] and quat_wxyz (n, 4).
