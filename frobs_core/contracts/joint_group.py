@@ -157,38 +157,17 @@ class JointSubset(JointGroup):
         for limit in ("home", "position_lower", "position_upper", "velocity_limit", "effort_limit"):
             setattr(self, limit, getattr(whole, limit)[:, self.columns])
 
-    @property
-    def joint_positions(self) -> Floats:
-        """(num_envs, dof) [rad or m]."""
-        return self._whole.joint_positions[:, self.columns]
-
-    @property
-    def joint_velocities(self) -> Floats:
-        """(num_envs, dof) [rad/s or m/s]."""
-        return self._whole.joint_velocities[:, self.columns]
-
-    @property
-    def joint_efforts(self) -> Floats:
-        """Efforts that the drives applied in the last physics step, (num_envs, dof) [N·m or N]."""
-        return self._whole.joint_efforts[:, self.columns]
-
-    @property
-    def base_pose(self) -> tuple[Floats, Floats]:
-        """Pose of the robot's root link in the world frame: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
-        return self._whole.base_pose
-
-    @property
-    def base_twist(self) -> tuple[Floats, Floats]:
-        """Twist at the root link's origin: lin_vel_world (num_envs, 3) [m/s], ang_vel_world (num_envs, 3) [rad/s]."""
-        return self._whole.base_twist
+    joint_positions = property(lambda self: self._whole.joint_positions[:, self.columns])
+    joint_velocities = property(lambda self: self._whole.joint_velocities[:, self.columns])
+    joint_efforts = property(lambda self: self._whole.joint_efforts[:, self.columns])
+    base_pose = property(lambda self: self._whole.base_pose)
+    base_twist = property(lambda self: self._whole.base_twist)
 
     def drive_gains(self) -> tuple[Floats, Floats]:
-        """Return Kp and Kd, (num_envs, dof) each."""
         stiffness, damping = self._whole.drive_gains()
         return stiffness[:, self.columns], damping[:, self.columns]
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the pose of a link in the world frame, at the current or given positions of the group's joints."""
         whole, link = self._whole, self.tcp if frame == "tcp" else frame
         if joint_positions is None:
             return whole.frame_pose(link)
@@ -197,9 +176,7 @@ class JointSubset(JointGroup):
         return whole.frame_pose(link, positions)
 
     def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
-        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of the origin of ``frame``, (num_envs, 3) each."""
         return self._whole.frame_velocity(self.tcp if frame == "tcp" else frame)
 
     def frame_jacobian(self, frame: str) -> Floats:
-        """Return the Jacobian of ``frame`` with respect to the group's joints, (num_envs, 6, dof)."""
         return self._whole.frame_jacobian(self.tcp if frame == "tcp" else frame)[:, :, self.columns]

@@ -97,7 +97,7 @@ _TABLE = (
     ("limits of the first joints for every group", _GROUP,
      "getattr(whole, limit)[:, self.columns])", "getattr(whole, limit)[:, : len(numbers)])"),
     ("positions of the first joints for every group", _GROUP,
-     "return self._whole.joint_positions[:, self.columns]", "return self._whole.joint_positions[:, : self.dof]"),
+     "self._whole.joint_positions[:, self.columns]", "self._whole.joint_positions[:, : self.dof]"),
     ("the first robot's action for all robots", _CONTROL,
      "for robot, parts in zip(self.robots.values(), self._parts, strict=True)",
      "for robot, parts in zip(self.robots.values(), self._parts[:1] * len(self._parts), strict=True)"),
