@@ -19,23 +19,11 @@ from frobs_models.urdf.shapes import read_pose
 from frobs_models.xmltree import Element
 
 _KEYS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-
-
 _RADIUS = 0.05  # [m]
-
-
 _MASS = 0.001  # [kg]
-
-
 _MOMENT = 1e-6  # [kg·m²]
-
-
 _ROUNDING = 1e-9
-
-
 _THINNEST = 1e-6  # minimum ratio of the smallest to the largest principal moment; engines require moments above 0
-
-
 _LEAST_GYRATION = 1e-6  # [m] minimum radius of gyration; engines divide by inertias
 
 

@@ -22,14 +22,6 @@ _LEAST_RATIO = 1e-30  # PyBullet ignores a gear ratio of 0, so that the ratio wo
 class Articulation:
     """A robot's body in the simulated world, and a twin body without shapes that is used to compute mass matrices.
 
-    Args:
-        client: Client of the simulated world.
-        name: Name of the robot.
-        placement: Placement of the robot.
-        dynamics: Object that computes mass matrices.
-        meshes: Writer for Bullet's mesh files.
-        group: Collision group of the robot, as a unique bit.
-
     Attributes:
         body: Bullet's index of the body.
         links: Bullet's link index of each link that is a separate body, by link name. The base has the index −1.
@@ -116,11 +108,8 @@ class Articulation:
             p.setCollisionFilterGroupMask(self.body, link, group, ~_STATIC if stands else -1, physicsClientId=client)
         for joint in self.joints:
             p.setJointMotorControl2(self.body, joint, p.VELOCITY_CONTROL, force=0.0, physicsClientId=client)
-        for (
-            follower,
-            leader,
-            mimic,
-        ) in self.mimics:  # the drive law also moves mimic joints; this constraint helps to hold them during contact
+        # The drive law also moves mimic joints; these constraints help to hold them during contact.
+        for follower, leader, mimic in self.mimics:
             ends = (self.body, self.joints[follower], self.body, self.joints[leader])
             gear = p.createConstraint(*ends, p.JOINT_GEAR, [0, 1, 0], [0, 0, 0], [0, 0, 0], physicsClientId=client)
             p.changeConstraint(

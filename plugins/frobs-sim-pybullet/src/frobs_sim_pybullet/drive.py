@@ -20,13 +20,7 @@ from frobs_sim_pybullet.urdf import position_range
 
 
 class Drive:
-    """A robot's drives, which follow the drive law in :mod:`frobs_sim_pybullet.law`.
-
-    Args:
-        articulation: The robot.
-        physics_timestep: [s]
-        gravity: [m/s²]
-    """
+    """A robot's drives, which follow the drive law in :mod:`frobs_sim_pybullet.law`."""
 
     def __init__(self, articulation: Articulation, physics_timestep: float, gravity: Vector) -> None:
         self._robot, self._h = articulation, physics_timestep
@@ -36,9 +30,8 @@ class Drive:
         self._zeros = [0.0] * self._size
         self._limits = self._spread([joint.limits.effort for joint in articulation.placement.model.actuated_joints])
         self._armature = [articulation.placement.armatures[joint.name] for joint in articulation.moving]
-        self._passive = [
-            joint.damping for joint in articulation.moving
-        ]  # used only for mimic joints; actuated joints use the damping in the shared gains array
+        # Used only for mimic joints. Actuated joints use the damping in the shared gains array.
+        self._passive = [joint.damping for joint in articulation.moving]
         ends = [position_range(joint) or (-math.inf, math.inf) for joint in articulation.moving]
         self._lower, self._upper = [low for low, _ in ends], [high for _, high in ends]
         self._rubs = any(joint.friction for joint in articulation.moving)

@@ -12,7 +12,7 @@ import numpy as np
 from frobs_core.util.arrays import Floats
 from frobs_sim_pybullet.articulation import FASTEST
 from frobs_sim_pybullet.bullet import pybullet as p
-from frobs_sim_pybullet.transforms import Quat, Vector, compose
+from frobs_sim_pybullet.transforms import compose, from_array
 from frobs_sim_pybullet.world import ROBOT_GROUPS, World
 
 
@@ -37,7 +37,7 @@ class EditableWorld(World):
             return
         articulation = self.robots[robot]
         motion = p.getBaseVelocity(articulation.body, self.client)
-        articulation.put_root(_split(pose))
+        articulation.put_root(from_array(pose))
         if articulation.floating:
             p.resetBaseVelocity(articulation.body, *motion, self.client)
         self._written()
@@ -83,14 +83,7 @@ class EditableWorld(World):
         return bearable
 
     def rays(self, origins: Floats, directions: Floats, max_range: float, exclude: str) -> Floats:
-        """Cast k rays, and return the distance at which each ray hits something, (k,) [m].
-
-        Args:
-            origins: Start points in the world frame, (k, 3) [m].
-            directions: Unit vectors in the world frame, (k, 3).
-            max_range: Length of the rays [m].
-            exclude: Name of the robot that the rays pass through, or ``""`` to detect all robots.
-        """
+        """Cast k rays, and return the distance at which each ray hits something, (k,) [m]."""
         mask = ~ROBOT_GROUPS[list(self.robots).index(exclude)] if exclude else -1
         return self._rays.cast(origins, directions, max_range, mask)
 
@@ -103,7 +96,6 @@ class EditableWorld(World):
         self._drives[robot].push(link, tuple(force.tolist()), tuple(torque.tolist()))
 
     def write_parameter(self, name: str, target: str, value: Floats) -> None:
-        """Change a mass, a friction coefficient, a size factor or the gravity."""
         plain = value.tolist()
         self._resized |= name == "size" and plain != self._parameters.get((name, target), 1.0)
         self._parameters[name, target] = plain
@@ -133,8 +125,3 @@ class EditableWorld(World):
             for slot, effort in zip(self.robots[name].slots, efforts, strict=True):
                 drive.efforts[slot] = effort
         self._written()
-
-
-def _split(pose: Floats) -> tuple[Vector, Quat]:
-    px, py, pz, w, x, y, z = pose.tolist()
-    return (px, py, pz), (x, y, z, w)

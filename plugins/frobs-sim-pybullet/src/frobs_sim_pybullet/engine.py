@@ -9,9 +9,8 @@ from frobs_core.util.errors import ModelFileError, SimulationError
 from frobs_sim_pybullet.bullet import pybullet, quiet
 from frobs_sim_pybullet.transforms import Vector
 
-_FLAGS = (
-    pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_IMPLICIT_CYLINDER
-)  # without this flag, cylinders become 32-sided prisms that are 1 mm too thick
+# Without the second flag, cylinders become 32-sided prisms that are 1 mm too thick.
+_FLAGS = pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_IMPLICIT_CYLINDER
 MARGIN = 1e-4
 """Collision margin of the base link's meshes [m].
 
@@ -36,13 +35,6 @@ def connect() -> int:
 
 def load_urdf(text: str, client: int, *, fixed: bool, flags: int = 0, source: str = "") -> int:
     """Load a URDF from text, and return the body's index.
-
-    Args:
-        text: The URDF.
-        client: Client that loads the URDF.
-        fixed: Whether the base is fixed.
-        flags: Additional Bullet flags.
-        source: Original file, for error messages.
 
     Raises:
         ModelFileError: Bullet rejected the URDF.

@@ -24,19 +24,13 @@ def layout(robots: Mapping[str, Placement], scene: Scene) -> Layout:
 
     Poses, twists and Jacobians are written only on request, so unused arrays do not occupy physical memory.
     """
-    fields: Layout = {
-        "time": ((), "f8"),
-        "diverged": ((), "?"),
-        **ContactState.fields(scene),
-    }
+    fields: Layout = {"time": ((), "f8"), "diverged": ((), "?"), **ContactState.fields(scene)}
     for name, placement in robots.items():
         dof = len(placement.model.joint_names)
         for field in ("command", "positions", "velocities", "efforts"):
             fields[f"robots/{name}/{field}"] = (dof,), "f8"
-        fields[f"robots/{name}/gains"] = (
-            (3, dof),
-            "f8",
-        )  # Kp and Kd in the current command mode, and the joint damping
+        # Kp and Kd in the current command mode, and the joint damping
+        fields[f"robots/{name}/gains"] = (3, dof), "f8"
         for sensor in placement.force_torque_sensors:
             fields[f"robots/{name}/wrench/{sensor}"] = (6,), "f8"
         for link in placement.model.links:

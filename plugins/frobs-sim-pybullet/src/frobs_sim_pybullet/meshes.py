@@ -27,29 +27,20 @@ class MeshFiles:
         """Return files with the points of each convex piece of a mesh, or of the whole mesh if it is not decomposed.
 
         Bullet uses the convex hull of the points in each file.
-
-        Raises:
-            ModelFileError: The mesh cannot be read.
-            MissingDependencyError: The package for decomposing meshes is not installed.
         """
         if mesh not in self._hulls:
             files = []
             for number, piece in enumerate(convex_parts(mesh)):
                 points = np.unique(piece.vertices, axis=0)
-                corners = np.arange(-(-len(points) // 3) * 3) % len(
-                    points
-                )  # these triangles contain each point at least once, which is enough for a convex hull
+                # The triangles contain each point at least once, which is enough for a convex hull.
+                corners = np.arange(-(-len(points) // 3) * 3) % len(points)
                 part = MeshPart(points, corners.reshape(-1, 3).astype(np.int32))
                 files.append(self._write(part, f"hull_{len(self._hulls)}_{number}"))
             self._hulls[mesh] = files
         return self._hulls[mesh]
 
     def drawn(self, mesh: Mesh) -> list[tuple[Path, Rgba | None]]:
-        """Return a file and a color for each single-color part of a mesh.
-
-        Raises:
-            ModelFileError: The mesh cannot be read.
-        """
+        """Return a file and a color for each single-color part of a mesh."""
         if mesh not in self._drawn:
             self._drawn[mesh] = [
                 (self._write(part, f"drawn_{len(self._drawn)}_{number}"), part.rgba)

@@ -4,37 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from frobs_core.description import Body, Marker, Placement, Scene
-from frobs_core.models import Geometry, JointType, Link, Mesh, Pose, Sphere, Visual
+from frobs_core.models import Geometry, Link, Mesh, Pose, Sphere, Visual
 from frobs_core.util.arrays import Floats
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.engine import load_urdf
 from frobs_sim_pybullet.layout import Arrays
 from frobs_sim_pybullet.meshes import MeshFiles
 from frobs_sim_pybullet.shapes import shape_keywords
-from frobs_sim_pybullet.transforms import Quat, Vector, compose, invert
+from frobs_sim_pybullet.transforms import Quat, Vector, compose, from_array, invert
 from frobs_sim_pybullet.urdf import skeleton, write_link_urdf, write_urdf
 
 _FLOOR_RGBA = ((0.78, 0.80, 0.82, 1.0), (0.72, 0.74, 0.77, 1.0))
 _TILE, _TILES = 0.5, 12  # [m] edge length of a tile, and number of tiles along each axis
-_FAR, _LARGE_TILE, _MOST_TILES = (
-    8.0,
-    2.0,
-    40,
-)  # larger tiles: minimum viewing distance [m], edge length [m], and maximum number per axis
+# Larger tiles: minimum viewing distance [m], edge length [m], and maximum number per axis
+_FAR, _LARGE_TILE, _MOST_TILES = 8.0, 2.0, 40
 
 
 class Stage:
     """The rendered world.
-
-    Args:
-        client: Client for a separate server.
-        robots: Robots, by name.
-        scene: The rest of the scene.
 
     Attributes:
         numbers: Segmentation IDs, by Bullet body and link index. The floor has the ID 0.
@@ -142,20 +133,16 @@ class Stage:
             if sizes.get(name, 1.0) != size:
                 self._resize(name, sizes.get(name, 1.0))
         for name, number in self._bodies.items():
-            self._put(number, _split(arrays[f"bodies/{name}/pose"][env]))
+            self._put(number, from_array(arrays[f"bodies/{name}/pose"][env]))
         for name, (number, joints, root) in self._robots.items():
             model = self._placements[name].model
             positions = dict(zip(model.joint_names, arrays[f"robots/{name}/positions"][env].tolist(), strict=True))
             for joint in model.joints:
-                if joint.type is JointType.FIXED:
-                    continue
-                followed = joint.mimic
-                q = positions[joint.name] if followed is None else 0.0
-                if followed is not None:
-                    q = followed.multiplier * positions[followed.joint] + followed.offset
-                p.resetJointState(number, joints[joint.name], q, 0.0, self.client)
+                if (leader := model.leader(joint)) is not None:
+                    q = leader.multiplier * positions[leader.joint] + leader.offset
+                    p.resetJointState(number, joints[joint.name], q, 0.0, self.client)
             com = p.getDynamicsInfo(number, -1, self.client)[3:5]
-            base = compose(_split(arrays[f"robots/{name}/pose/{model.root}"][env]), invert(root))
+            base = compose(from_array(arrays[f"robots/{name}/pose/{model.root}"][env]), invert(root))
             p.resetBasePositionAndOrientation(number, *compose(base, com), self.client)
 
     def _resize(self, name: str, size: float) -> None:
@@ -180,8 +167,3 @@ class Stage:
 
     def _put(self, number: int, pose: tuple[Vector, Quat]) -> None:
         p.resetBasePositionAndOrientation(number, *pose, self.client)
-
-
-def _split(pose: np.ndarray[Any, Any]) -> tuple[Vector, Quat]:
-    px, py, pz, w, x, y, z = pose.tolist()
-    return (px, py, pz), (x, y, z, w)

@@ -6,6 +6,7 @@ from typing import TypeAlias
 
 from frobs_core.models import Pose
 from frobs_core.util import rotations
+from frobs_core.util.arrays import Floats
 from frobs_core.util.rotations import cross_components, multiply_components, rotate_components
 
 Vector: TypeAlias = tuple[float, float, float]
@@ -18,6 +19,12 @@ def from_pose(pose: Pose) -> tuple[Vector, Quat]:
     """Convert a FRobs pose to a position and a quat_xyzw."""
     w, x, y, z = pose.quat_wxyz
     return tuple(map(float, pose.pos)), (float(x), float(y), float(z), float(w))  # type: ignore[return-value]
+
+
+def from_array(pose: Floats) -> tuple[Vector, Quat]:
+    """Convert a pose (7,) of position and quat_wxyz to a position and a quat_xyzw."""
+    px, py, pz, w, x, y, z = pose.tolist()
+    return (px, py, pz), (x, y, z, w)
 
 
 def multiply(first: Quat, second: Quat) -> Quat:

@@ -56,11 +56,8 @@ def check_collada(path: Path, data: bytes) -> float:
         opened.append(kind)
         if len(opened) > MAX_DEPTH:
             raise ModelFileError(path, f"the elements of the mesh are nested deeper than {MAX_DEPTH} levels.")
-        if opened == [
-            "COLLADA",
-            "asset",
-            "unit",
-        ]:  # parts of the document may have units of their own, which do not count
+        # Parts of the document may have units of their own, which do not count.
+        if opened == ["COLLADA", "asset", "unit"]:
             unit = attributes.get("meter", "1")
         scene |= opened == ["COLLADA", "scene", "instance_visual_scene"]
         if kind in _HOLDERS:
@@ -119,11 +116,7 @@ def _metres(path: Path, text: str) -> float:
 
 
 def check_obj(path: Path, data: bytes) -> None:
-    """Check the number of materials in an OBJ file.
-
-    Raises:
-        ModelFileError: The file has more than :data:`MAX_MATERIALS` materials.
-    """
+    """Check the number of materials in an OBJ file."""
     materials = len({name.strip() for name in _MATERIAL.findall(data)})
     if materials > MAX_MATERIALS:
         _refuse(path, f"has {materials:,} materials", f"{MAX_MATERIALS:,}")

@@ -39,13 +39,8 @@ from frobs_models.notes import Notes
 from frobs_models.tree import check_count, flatten_mimics
 from frobs_models.xmltree import Element, to_text
 
-_UNREADABLE = (
-    "replicate",
-    "attach",
-    "composite",
-    "flexcomp",
-    "model",
-)  # elements that generate bodies and joints not listed in the file
+# Elements that generate bodies and joints not listed in the file
+_UNREADABLE = ("replicate", "attach", "composite", "flexcomp", "model")
 _LEFT_OUT = {"actuator": "actuators", "sensor": "sensor", "keyframe": "keyframes", "option": "engine-settings"}
 _PHYSICS = {
     "gravity": "0 0 -9.81",
@@ -57,26 +52,10 @@ _PHYSICS = {
     "cone": "pyramidal",
 }
 """Attributes of ``<option>`` that affect a robot's motion, with MuJoCo's defaults."""
-_FLAGS = {
-    "override": "enable",
-    **dict.fromkeys(
-        [
-            "constraint",
-            "equality",
-            "frictionloss",
-            "limit",
-            "contact",
-            "passive",
-            "spring",
-            "damper",
-            "gravity",
-            "clampctrl",
-            "filterparent",
-            "actuation",
-        ],
-        "disable",
-    ),
-}
+_DISABLING = (
+    "constraint equality frictionloss limit contact passive spring damper gravity clampctrl filterparent actuation"
+)
+_FLAGS = {"override": "enable", **dict.fromkeys(_DISABLING.split(), "disable")}
 """Attributes of ``<flag>`` that affect a robot's motion, with the opposite of MuJoCo's default value."""
 _IDENTITY = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 

@@ -244,9 +244,8 @@ class _Expansion:
 
     def _eval(self, expression: str) -> str:
         """Return the value of ``$(eval …)``, in which the file's arguments can be used as names."""
-        names = ChainMap(
-            _Converted(self._arguments(), self._converted), self._eval_names
-        )  # an argument hides a function
+        # An argument hides a function.
+        names = ChainMap(_Converted(self._arguments(), self._converted), self._eval_names)
         try:
             return str(self._machine.evaluate(expression, names))
         except ModelFileError:

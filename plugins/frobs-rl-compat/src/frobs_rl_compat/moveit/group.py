@@ -89,9 +89,8 @@ class MoveGroupCommander:
         self._frame = self._description.semantics.planning_frame
         self._link = self._group.tip
         self._joint_target: Floats | None = None
-        self._pose_target: tuple[str, Floats, bool] | None = (
-            None  # the link, the link's target pose, and whether the rotation is constrained
-        )
+        # The link, the link's target pose, and whether the rotation is constrained
+        self._pose_target: tuple[str, Floats, bool] | None = None
         self._settings = {
             "joint tolerance": 1e-4,
             "position tolerance": 1e-4,
