@@ -69,7 +69,6 @@ class ContactState(Stateful):
         self.reduce(*(np.stack([step[name] for step in steps], axis=1) for name in self._arrays))
 
     def stored_arrays(self) -> Snapshot:
-        """Return all arrays, by name."""
         return self._arrays
 
     def restore(self, snapshot: Mapping[str, np.ndarray[Any, Any]]) -> None:

@@ -223,7 +223,6 @@ class Control(Stateful):
         return np.concatenate(known) if len(known) == len(changes) else None
 
     def stored_parts(self) -> Mapping[str, Controller]:
-        """Return all controllers, by ``"robot/group"``."""
         return self.controllers
 
 

@@ -204,7 +204,6 @@ class RobotHandle(JointGroup):
 
     @property
     def base_pose(self) -> tuple[Floats, Floats]:
-        """Pose of the root link in the world frame: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         if self.base is not None:
             return self.base.pose
         n = self.num_envs
@@ -212,7 +211,6 @@ class RobotHandle(JointGroup):
 
     @property
     def base_twist(self) -> tuple[Floats, Floats]:
-        """Twist of the root link: lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s]."""
         if self.base is not None:
             return self.base.twist
         return np.zeros((self.num_envs, 3)), np.zeros((self.num_envs, 3))
@@ -250,7 +248,6 @@ class RobotHandle(JointGroup):
     # Handles for engines that compute kinematics themselves override these methods.
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the pose of a link in the world frame, at the current or given joint positions."""
         if joint_positions is not None:
             return self.planned_frame_pose(frame, joint_positions)
         pos, quat = self.model.frame_pose(self.frame_name(frame), self.joint_positions)
@@ -276,14 +273,12 @@ class RobotHandle(JointGroup):
         return base_pos + quat_rotate(base_quat, pos), quat_multiply(base_quat, quat)
 
     def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
-        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of the origin of ``frame``, (num_envs, 3) each."""
         twist = (self.frame_jacobian(frame) * self.joint_velocities[:, None, :]).sum(axis=-1)  # (num_envs, 6)
         linear, angular = self.base_twist
         lever = self.frame_pose(frame)[0] - self.base_pose[0]
         return twist[:, :3] + linear + np.cross(angular, lever), twist[:, 3:] + angular
 
     def frame_jacobian(self, frame: str) -> Floats:
-        """Return the Jacobian of ``frame``, (num_envs, 6, dof): lin_vel_world in rows 0–2, ang_vel_world in 3–5."""
         return self.point_jacobian(self.frame_name(frame), self.frame_pose(frame)[0])
 
     def point_jacobian(self, link: str, point: Floats) -> Floats:

@@ -349,7 +349,6 @@ class Simulation(Stateful, ABC):
         return super().snapshot()
 
     def stored_arrays(self) -> Snapshot:
-        """Return :attr:`state`."""
         if self.state is None:
             raise CapabilityError.lacking(self, "snapshot")
         return self.state

@@ -63,11 +63,9 @@ class StepContext(Stateful):
         self.previous_raw_action[rows] = 0
 
     def stored_arrays(self) -> Snapshot:
-        """Return all actions and commands."""
         commands = {f"commands/{name}": command for name, command in self.commands.items()}
         return {"action": self.raw_action, "previous_action": self.previous_raw_action, **commands}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
         self.commands = {name: command.copy() for name, command in self.commands.items()}  # a controller may own them
         super().restore(snapshot)

@@ -42,7 +42,6 @@ class EngineWindow(Viewer):
     """The window of the simulator itself, which the simulator updates at each step."""
 
     def bind(self, env: Any) -> None:
-        """Store the simulation."""
         self._simulation = env.simulation
 
     def update(self) -> None:

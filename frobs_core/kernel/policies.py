@@ -103,17 +103,14 @@ class TaskExpert(Policy):
             self.expert = cls(env.unwrapped)
 
     def act(self, observation: Observation, episode_start: Mask) -> Action:
-        """Return the expert's actions."""
         arguments = (observation, episode_start) if self.takes_observation else (episode_start,)
         return cast("Action", self.expert.act(*arguments))
 
     def info(self) -> Mapping[str, np.ndarray[Any, Any]]:
-        """Return the expert's facts."""
         facts: Mapping[str, np.ndarray[Any, Any]] = self.expert.info()
         return facts
 
     def close(self) -> None:
-        """Close the expert."""
         self.expert.close()
 
 
@@ -147,5 +144,4 @@ class RandomPolicy(Policy):
         self._space.seed(self._seed)
 
     def act(self, observation: Observation, episode_start: Mask) -> Action:
-        """Return random actions."""
         return cast("Action", self._space.sample())

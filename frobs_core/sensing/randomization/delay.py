@@ -64,7 +64,6 @@ class ActionDelay(Stateful):
         return arriving[:, 0] if arriving.shape[1] == 1 else arriving
 
     def stored_arrays(self) -> Snapshot:
-        """Return the commands that have not taken effect yet."""
         return dict(zip(self._names, self._histories, strict=True))
 
     def restore(self, snapshot: Snapshot) -> None:

@@ -128,12 +128,6 @@ class Setting:
 class Draw(Stateful):
     """Numbers that are drawn repeatedly and stay constant between draws.
 
-    Args:
-        setting: Distribution and times of the draws, and their random stream, which names the numbers in a snapshot.
-        num_envs: ≥ 1.
-        control_timestep: [s]
-        width: Number of components.
-
     Attributes:
         stream: Name of the random stream.
         numbers: Current values, (num_envs, …).

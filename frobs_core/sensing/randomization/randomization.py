@@ -131,7 +131,6 @@ class Randomization(Stateful):
         return frozenset(() if self._observed is None else self._observed.arrays)
 
     def stored_parts(self) -> Mapping[str, Stateful]:
-        """Return all current values, and the commands and measurements that are still delayed."""
         late = {"action_delay": self._delay, "measured": self._observed}
         draws = [draw for part in (*self._physics, *late.values()) if part is not None for draw in part.draws]
         parts = {**{parameter.name: parameter for parameter in self._physics}, **late}

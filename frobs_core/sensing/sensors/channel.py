@@ -87,7 +87,6 @@ class Channel(Stateful):
         return np.where(kept, sample, np.asarray(self._lost, np.float64))
 
     def stored_arrays(self) -> Snapshot:
-        """Return the samples that have not arrived yet, (num_envs, delay + 1, width), newest first."""
         return {"samples": self._samples}
 
 

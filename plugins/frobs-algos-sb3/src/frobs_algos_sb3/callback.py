@@ -18,12 +18,6 @@ class MonitorCallback(BaseCallback):
     """Callback that reports to the monitor at the start of each rollout.
 
     Training can be continued exactly only from a model that was saved at the start of a rollout.
-
-    Args:
-        name: Name of the algorithm.
-        monitor: The monitor of the run.
-        begin: Function that is called once, at the start of the first rollout, before any random number is drawn.
-        save: The ``save`` method of the algorithm.
     """
 
     def __init__(

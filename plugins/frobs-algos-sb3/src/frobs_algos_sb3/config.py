@@ -44,7 +44,6 @@ class SB3Config(Settings):
 
     @property
     def scales_observation(self) -> bool:
-        """Whether the networks multiply observations by the scale factors that the task suggests."""
         return self.scale_observation and not self.normalize_observation
 
     def model_kwargs(self) -> dict[str, Any]:

@@ -18,13 +18,7 @@ from frobs_core.util.errors import PolicyExportError
 
 
 def policy_graph(model: BaseAlgorithm, normalizer: VecNormalize | None, space: spaces.Space[Any]) -> PolicyGraph:
-    """Return a model's deterministic policy as a module for the export. Sets the model to evaluation mode.
-
-    Args:
-        model: The model.
-        normalizer: Normalizer of the observations, if any.
-        space: Observation space of the environment.
-    """
+    """Return a model's deterministic policy as a module for the export. Sets the model to evaluation mode."""
     seen = subspaces(model.policy.observation_space)
     inputs = {
         key: _observation_input(part, seen[key], normalization(normalizer, key))
@@ -65,13 +59,7 @@ def _observation_input(
 
 
 class Network(nn.Module):
-    """Module that returns the most probable action, or the scores of discrete choices.
-
-    Args:
-        features: Features extractor.
-        layers: Layers that follow the features extractor and the recurrent layers.
-        lstm: Recurrent layers, if any.
-    """
+    """Module that returns the most probable action, or the scores of discrete choices."""
 
     def __init__(self, features: nn.Module, *layers: nn.Module, lstm: nn.LSTM | None = None) -> None:
         super().__init__()

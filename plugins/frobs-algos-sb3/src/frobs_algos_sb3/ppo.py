@@ -33,7 +33,6 @@ class PPOConfig(OnPolicyConfig):
     target_kl: PositiveFloat | None = None
 
     def model_kwargs(self) -> dict[str, Any]:
-        """Return the keyword arguments of stable-baselines3's PPO."""
         return super().model_kwargs() | {
             "clip_range": schedule(self.clip_range),
             "clip_range_vf": None if self.clip_range_vf is None else schedule(self.clip_range_vf),

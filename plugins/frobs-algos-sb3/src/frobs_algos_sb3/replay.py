@@ -87,12 +87,7 @@ def row_count(folder: Path) -> int:
 
 
 def fill(buffer: ReplayBuffer, columns: Mapping[str, Any]) -> None:
-    """Fill a buffer of a single environment.
-
-    Args:
-        buffer: The buffer.
-        columns: Values of all rows, for each of the buffer's arrays, as an array or a dictionary of arrays.
-    """
+    """Fill a buffer of a single environment."""
     arrays = buffer_arrays(buffer)
     for name, column in columns.items():
         parts = {f"{name}/{key}": part for key, part in column.items()} if isinstance(column, dict) else {name: column}

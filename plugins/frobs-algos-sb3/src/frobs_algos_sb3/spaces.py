@@ -18,13 +18,7 @@ _SMALLEST_IMAGE = {None: 36, "NatureCNN": 36, "CombinedExtractor": 36, "SpatialS
 
 
 def check_observation_space(owner: str, space: gym.Space[Any], extractor: str | None) -> None:
-    """Check that the networks can process observations of a space.
-
-    Args:
-        owner: Name of the algorithm for the error message.
-        space: The observation space.
-        extractor: Class of the features extractor, or None for the space's default.
-    """
+    """Check that the networks can process observations of a space."""
     smallest = _SMALLEST_IMAGE.get(extractor, 0)
     if extractor == "SpatialSoftmax" and not any(map(is_image_space, subspaces(space).values())):
         raise IncompatibleSpaceError(

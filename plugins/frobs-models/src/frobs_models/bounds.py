@@ -79,11 +79,7 @@ def _points(geometry: Geometry) -> Floats:
 
 @lru_cache(maxsize=256)
 def mesh_points(path: Path) -> Floats:
-    """Return the extreme vertices of a mesh file before scaling, (n, 3).
-
-    Raises:
-        ModelFileError: The file cannot be read.
-    """
+    """Return the extreme vertices of a mesh file before scaling, (n, 3)."""
     vertices = np.concatenate([part.vertices for part in read_mesh(path)])
     kept = np.zeros((0, 3))
     for start in range(0, len(vertices), _CHUNK):  # keep the farthest points among this chunk and all previous chunks

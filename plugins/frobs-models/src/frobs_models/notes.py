@@ -41,11 +41,5 @@ class Notes(list[Note]):
     """Notes that are collected while a file is read."""
 
     def add(self, rule: str, element: Element, text: str) -> None:
-        """Add a note about an element.
-
-        Args:
-            rule: Name of the rule, a key of ``RULES``.
-            element: The element.
-            text: The finding and its treatment.
-        """
+        """Add a note about an element."""
         self.append(Note(element.named(), rule, text, element.line, RULES[rule].treatment, RULES[rule].fault))

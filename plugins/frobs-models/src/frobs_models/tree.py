@@ -12,11 +12,7 @@ from frobs_models.xmltree import Element
 
 
 def check_count(count: int, what: str, document: Element) -> None:
-    """Check the number of links, because the kinematics take time proportional to the square of this number.
-
-    Raises:
-        ModelFileError: The robot has too many links.
-    """
+    """Check the number of links, because the kinematics take time proportional to the square of this number."""
     limit = BUDGETS["robot file"]["links"]
     if count > limit:
         document.refuse(

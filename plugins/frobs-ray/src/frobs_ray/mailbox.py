@@ -35,11 +35,7 @@ def open_mailbox() -> ActorHandle[Any]:
 
 
 class Sender:
-    """Sends the progress of jobs to a mailbox, at most twice per second for each key.
-
-    Args:
-        mailbox: Mailbox from :func:`open_mailbox`.
-    """
+    """Sends the progress of jobs to a mailbox, at most twice per second for each key."""
 
     def __init__(self, mailbox: ActorHandle[Any]) -> None:
         self._mailbox = mailbox

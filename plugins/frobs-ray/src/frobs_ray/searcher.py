@@ -36,14 +36,7 @@ class _Stays:
 
 
 class StudyTrials:
-    """The trials that this search starts or continues.
-
-    Args:
-        session: The open study.
-
-    Attributes:
-        begun: Started trials by number.
-    """
+    """The trials that this search starts or continues."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -68,11 +61,7 @@ class StudyTrials:
 
 
 class StudySearcher(_Stays, Searcher):
-    """Searcher that provides Ray Tune with the study's settings for each trial.
-
-    Args:
-        trials: The trials of this search.
-    """
+    """Searcher that provides Ray Tune with the study's settings for each trial."""
 
     def __init__(self, trials: StudyTrials) -> None:
         super().__init__(metric="value", mode="max")
@@ -93,15 +82,7 @@ class StudySearcher(_Stays, Searcher):
 
 
 class Recorder(_Stays, Callback):
-    """Callback that records Ray Tune's results in the study.
-
-    Args:
-        session: The open study.
-        trials: The trials of this search.
-        mailbox: Mailbox that receives the progress of the trials.
-        on_trial: Function that is called after each trial.
-        on_progress: Function that is called with a trial's number, the index of the run's seed, and the run's progress.
-    """
+    """Callback that records Ray Tune's results in the study."""
 
     def __init__(
         self,

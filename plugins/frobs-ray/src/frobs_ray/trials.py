@@ -52,10 +52,6 @@ def run_trial_on_ray(config: Mapping[str, Any], place: Place) -> None:
 
     If an earlier process or node of the trial died, the run continues in its existing folder. Exceptions are reported
     as ``error``, because Ray would otherwise restart the trial.
-
-    Args:
-        config: Mapping with ``number`` and ``settings``.
-        place: Data that all trials share.
     """
     logging.getLogger("frobs").setLevel(logging.ERROR)  # hide notices, because the command already shows the progress
     number, settings = int(tune.get_context().get_trial_name()), dict(config["settings"])

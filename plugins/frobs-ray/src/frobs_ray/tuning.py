@@ -68,12 +68,6 @@ def tune_on_ray(
     The pruner ``halving`` uses ASHA, ``hyperband`` uses ASHA with several brackets, ``median`` uses the median stopping
     rule, and ``population`` uses population-based training. After an interruption, unfinished trials continue from
     their checkpoints.
-
-    Args:
-        runner: The runner with its options.
-        search: The search with its settings.
-        on_trial: Function that is called after each trial.
-        on_progress: Function that is called with a trial's number, the index of the run's seed, and the run's progress.
     """
     session = Session(search)
     if search.pruner == "population" and search.seeds > 1:

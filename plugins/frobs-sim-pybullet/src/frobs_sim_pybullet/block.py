@@ -17,15 +17,7 @@ from frobs_sim_pybullet.options import Engine
 
 
 class Block:
-    """A block of environments that run in this process.
-
-    Args:
-        robots: Robots, by name.
-        scene: The rest of the scene.
-        engine: Settings of the physics engine.
-        arrays: Arrays of all environments.
-        ids: Indices of the environments in this block.
-    """
+    """A block of environments that run in this process."""
 
     def __init__(
         self, robots: Mapping[str, Placement], scene: Scene, engine: Engine, arrays: Arrays, ids: Sequence[int]

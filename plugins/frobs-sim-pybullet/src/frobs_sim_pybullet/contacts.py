@@ -56,12 +56,7 @@ def _covers(side: Side, shape: Side) -> bool:
 
 
 def question(contact: Contact, sides: Mapping[str, Side]) -> Question | None:
-    """Return the definition of a declared contact, or None if one of its sides does not have a shape.
-
-    Args:
-        contact: Contact declared by the scene.
-        sides: Bullet's indices of all objects that have a shape, by name.
-    """
+    """Return the definition of a declared contact, or None if one of its sides does not have a shape."""
     known = {**sides, "*": ANY}
     if contact.first not in known or contact.second not in known:
         return None

@@ -16,24 +16,13 @@ _UNTURNED = IDENTITY[1]
 
 
 class Frames:
-    """Reads poses, twists and Jacobians of a robot's links into one environment's row of the shared arrays.
-
-    Args:
-        articulation: The robot.
-        drive: The robot's drives, which provide the joint positions.
-        row: One environment's row of the shared arrays, by array name.
-    """
+    """Reads poses, twists and Jacobians of a robot's links into one environment's row of the shared arrays."""
 
     def __init__(self, articulation: Articulation, drive: Drive, row: Mapping[str, np.ndarray[Any, Any]]) -> None:
         self._robot, self._drive, self._row = articulation, drive, row
 
     def reader(self, kind: str, link: str) -> Callable[[], None]:
-        """Return a function that reads a link's pose, twist or Jacobian into the shared arrays.
-
-        Args:
-            kind: ``"pose"``, ``"twist"`` or ``"jacobian"``.
-            link: Name of the link.
-        """
+        """Return a function that reads a link's pose, twist or Jacobian into the shared arrays."""
         body, offset = self._robot.bones.frames[link]
         index = self._robot.links[body]
         row = self._row[f"robots/{self._robot.name}/{kind}/{link}"]

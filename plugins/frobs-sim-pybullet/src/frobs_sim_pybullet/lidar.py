@@ -26,12 +26,7 @@ Collider: TypeAlias = tuple[tuple[tuple[Geometry, Pose], ...], Callable[[], tupl
 
 
 class Rays:
-    """Casts rays in one world.
-
-    Args:
-        client: Client for the world.
-        colliders: Colliders, by Bullet's body and link indices.
-    """
+    """Casts rays in one world."""
 
     def __init__(self, client: int, colliders: Mapping[tuple[int, int], Collider]) -> None:
         self._client = client

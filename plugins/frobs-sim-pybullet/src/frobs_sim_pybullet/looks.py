@@ -19,20 +19,13 @@ LIGHT = {"ambient": 0.6, "sun": 0.35}
 
 
 class Looks(WrittenLooks):
-    """Values of the parameters that change only images.
-
-    Args:
-        num_envs: ≥ 1.
-        scene: The scene without its robots.
-        stage: Function that returns the rendered world.
-    """
+    """Values of the parameters that change only images."""
 
     def __init__(self, num_envs: int, scene: Scene, stage: Callable[[], Stage]) -> None:
         super().__init__(num_envs)
         self._scene, self._stage = scene, stage
 
     def targets(self, name: str) -> Sequence[str]:
-        """Return the targets of a parameter."""
         match name:
             case "color":
                 return list(self._stage().colors)
@@ -45,7 +38,6 @@ class Looks(WrittenLooks):
         ]
 
     def nominal(self, name: str, target: str) -> Any:
-        """Return the value of a parameter in the scene."""
         match name:
             case "color":
                 return self._stage().colors[target][0, :3]

@@ -39,8 +39,5 @@ def read_options(given: Mapping[str, Any]) -> dict[str, int | float]:
     Args:
         given: Arguments of the simulation, by name. Arguments that are not engine options are ignored. If an option is
             None, Bullet's default applies.
-
-    Raises:
-        ConfigurationError: A value is out of range.
     """
     return {keyword: check(name, given[name]) for name, (keyword, check) in _OPTIONS.items() if given[name] is not None}

@@ -13,12 +13,7 @@ from frobs_sim_pybullet.meshes import MeshFiles
 
 
 def find_overlaps(placement: Placement, joint_positions: Floats) -> list[Overlap]:
-    """Return a robot's overlapping link pairs, except neighbors, with the deepest overlap first.
-
-    Args:
-        placement: The robot.
-        joint_positions: (dof,) [rad or m]
-    """
+    """Return a robot's overlapping link pairs, except neighbors, with the deepest overlap first."""
     client, dynamics, meshes = connect(), Dynamics(), MeshFiles()
     try:
         touching = replace(placement, robot=replace(placement.robot, self_collision=True))

@@ -25,7 +25,6 @@ class PybulletParameters(WrittenParameters):
         self._simulation = simulation
 
     def apply(self, name: str, target: str, mask: Mask | None) -> None:
-        """Pass a parameter's values to the worlds selected by ``mask``."""
         rows = slice(None) if mask is None else np.flatnonzero(mask)
         self._simulation.call("write_parameter", mask, name, target, self.written[name, target][rows])
 
@@ -34,22 +33,18 @@ class PybulletParameters(WrittenParameters):
         return {target: float(values[env]) for (name, target), values in self.written.items() if name == "size"}
 
     def read(self, name: str, target: str) -> Floats:
-        """Return a parameter's value in each environment, (num_envs, …)."""
         return self._simulation.looks.read(name, target) if name in Looks.names else super().read(name, target)
 
     def write(self, name: str, target: str, values: Floats, mask: Mask | None) -> None:
-        """Change a parameter in the environments selected by ``mask``."""
         if name in Looks.names:
             self._simulation.looks.write(name, target, np.asarray(values, np.float64), mask)
         else:
             super().write(name, target, values, mask)
 
     def snapshot(self) -> Snapshot:
-        """Return the written parameters, the drive gains and the looks."""
         return super().snapshot() | self._simulation.looks.snapshot()
 
     def restore(self, state: Snapshot) -> None:
-        """Restore a snapshot."""
         super().restore(state)
         self._simulation.looks.restore(state)
         for robot in self._simulation.robots.values():

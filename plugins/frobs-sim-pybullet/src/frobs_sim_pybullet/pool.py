@@ -54,15 +54,6 @@ class Pool:
     the pool. A worker exits when its pipe is closed by :meth:`close` or by the garbage collector, or when this process
     exits.
 
-    Args:
-        robots: Robots, by name.
-        scene: The rest of the scene.
-        engine: Settings of the physics engine.
-        fields: Layout of the shared arrays.
-        num_envs: Total number of environments in all blocks.
-        buffer: The shared memory.
-        count: Number of blocks, ≥ 2.
-
     Raises:
         SimulationError: A worker did not start.
         FrobsError: A worker raised the error while it built its environments.

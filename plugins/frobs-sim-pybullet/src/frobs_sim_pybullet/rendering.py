@@ -27,11 +27,6 @@ _DEFAULT = Camera(pos=(1.4, -1.4, 1.1), target=(0.1, 0.0, 0.35))
 class Renderer:
     """Renders environments.
 
-    Args:
-        robots: Robots, by name.
-        scene: The rest of the scene.
-        looks: Looks of each environment.
-
     Attributes:
         stage: The rendered world.
     """
@@ -52,19 +47,7 @@ class Renderer:
         markers: Sequence[Marker],
         fast: bool,
     ) -> np.ndarray[Any, Any]:
-        """Return an image of one environment, (h, w, c), in the format of ``Simulation.render``.
-
-        Args:
-            arrays: Arrays of the simulation.
-            env: Index of the environment.
-            sizes: Size factors of resized scene bodies, by name.
-            camera: Name of the camera, or None for a default camera.
-            frame: World pose of the frame to which the camera is fixed.
-            size: (height, width)
-            modality: ``"rgb"``, ``"depth"`` or ``"segmentation"``.
-            markers: Spheres to draw in rgb images.
-            fast: Whether to omit shadows.
-        """
+        """Return an image of one environment, (h, w, c), in the format of ``Simulation.render``."""
         self.stage.pose(arrays, env, sizes)
         self.stage.mark(markers if modality == "rgb" else (), env)
         self.stage.paint(self._looks.colors(env))
@@ -110,10 +93,6 @@ class Renderer:
 
 class Viewer:
     """A window that shows the first environment.
-
-    Args:
-        robots: Robots, by name.
-        scene: The rest of the scene.
 
     Raises:
         RenderingUnavailableError: There is no display, or OpenGL is not available.

@@ -14,11 +14,7 @@ from frobs_sim_pybullet.urdf import write_link_urdf
 
 
 def add_body(client: int, body: Body, meshes: MeshFiles) -> int:
-    """Create a scene body, and return its Bullet index.
-
-    Raises:
-        ModelFileError: A mesh cannot be read.
-    """
+    """Create a scene body, and return its Bullet index."""
     if is_plain(body):
         number = _add_plain_body(client, body)
     else:

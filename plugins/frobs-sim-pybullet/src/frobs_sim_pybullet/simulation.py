@@ -148,7 +148,6 @@ class PybulletSimulation(Simulation):
 
     @property
     def diverged(self) -> Mask | None:
-        """Mask of the environments that stopped because they diverged numerically, or None if none diverged."""
         return None if self._diverged.tobytes() == self._sound else self._diverged
 
     @property
@@ -213,13 +212,11 @@ class PybulletSimulation(Simulation):
         self.parameters.write(name, target, values, mask)
 
     def parameter_targets(self, name: str) -> Sequence[str]:
-        """Return a parameter's targets. The targets of ``size`` are the scene bodies that can be resized."""
         if name in Looks.names:
             return self.looks.targets(name)
         return self.scene.sizable_bodies if name == "size" else super().parameter_targets(name)
 
     def snapshot(self) -> Snapshot:
-        """Return the states of Bullet and of the simulation, and the changed parameters."""
         saved = self.call("save", None)
         longest = max(map(len, saved))
         state = {name: self.arrays[name].copy() for name in layout.state_names(self.arrays)}
@@ -299,11 +296,9 @@ class PybulletSimulation(Simulation):
         return find_overlaps(self.placements[robot], self.robots[robot].joint_positions[0])
 
     def bare_engine(self) -> BarePybullet | None:
-        """Return a bare PyBullet engine for benchmarks, or None if the bare engine does not support the robots."""
         return BarePybullet(self) if BarePybullet.knows(self) else None
 
     def close(self) -> None:
-        """Release the physics servers, the worker processes and the windows. Repeated calls have no effect."""
         if not self._closed:
             self._closed = True
             for resource in (self._renderer, self._viewer):

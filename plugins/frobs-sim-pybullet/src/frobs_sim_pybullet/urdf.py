@@ -74,10 +74,6 @@ def skeleton(model: RobotModel, *, floating: bool) -> Skeleton:
 
     The base is normally the root link. However, Bullet treats a floating base without a mass as fixed. Therefore, if a
     floating root link has no mass, the first link that has a mass and is fixed to the root becomes the base.
-
-    Args:
-        model: Model of the robot.
-        floating: Whether the base moves.
     """
     links = {link.name: link for link in model.links}
     children = joints_below(model)

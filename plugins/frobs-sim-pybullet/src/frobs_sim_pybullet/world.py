@@ -51,16 +51,7 @@ class RobotRow(NamedTuple):
 
 
 class World:
-    """One environment.
-
-    Args:
-        robots: Robots, by name.
-        scene: The rest of the scene.
-        engine: Settings of the physics engine.
-        dynamics: Object that computes mass matrices.
-        meshes: Writer for Bullet's mesh files.
-        row: This environment's row of the shared arrays.
-    """
+    """One environment."""
 
     def __init__(
         self,
@@ -362,11 +353,7 @@ class World:
             read()
 
     def watch(self, channel: str) -> None:
-        """Keep an array with poses, twists or Jacobians up to date from now on.
-
-        Args:
-            channel: Name of the shared array.
-        """
+        """Keep an array with poses, twists or Jacobians up to date from now on."""
         if channel not in self._watched:
             self._watched[channel] = self._reader(channel)
             self._watched[channel]()

@@ -20,11 +20,6 @@ class WrenchSensor:
     The sensor usually reads only the link's own joint. If the link is not a separate body in Bullet, the sensor reads
     the joints of the link's nearest descendants that are separate bodies.
 
-    Args:
-        robot: Robot that carries the sensor.
-        link: Link whose joint the sensor measures.
-        pose: Pose of the sensor in the link's frame.
-
     Raises:
         UnsuitableRobotError: The link is the robot's base in Bullet, which has no joint.
     """

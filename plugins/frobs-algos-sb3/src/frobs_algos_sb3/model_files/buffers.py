@@ -21,10 +21,6 @@ FORMAT = 1
 def write_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
     """Write the filled part of a replay buffer atomically, by writing a temporary file and then renaming it.
 
-    Args:
-        buffer: Stable-baselines3 replay buffer with flat or dictionary observations.
-        path: Path of the file, which ends in ``.npz``.
-
     Raises:
         ConfigurationError: The buffer is not a plain replay buffer, or uses ``optimize_memory_usage``.
         OSError: The disk is full, or the folder cannot be written.
@@ -43,10 +39,6 @@ def write_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
 
 def read_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
     """Fill a model's replay buffer from a file. A buffer that is too small receives only the newest steps.
-
-    Args:
-        buffer: Buffer with the same spaces and number of environments.
-        path: File written by :func:`write_replay_buffer`.
 
     Raises:
         CheckpointError: The file is missing or damaged, or it does not match the buffer. The buffer remains unchanged.

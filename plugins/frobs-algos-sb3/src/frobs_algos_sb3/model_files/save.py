@@ -33,11 +33,6 @@ def sidecar_path(path: Path) -> Path:
 def save_model(model: BaseAlgorithm, path: Path, notes: Mapping[str, Any] | None = None) -> None:
     """Write a model. Each file is written to a temporary path and then renamed.
 
-    Args:
-        model: The model.
-        path: Path that ends in ``.zip``. An existing file is replaced.
-        notes: Additional entries of the JSON file.
-
     Raises:
         OSError: The disk is full, or the folder cannot be written.
     """

@@ -47,10 +47,6 @@ class Faces(NamedTuple):
 class Fingers:
     """Fingers of a gripper. Positions are relative to the palm.
 
-    Args:
-        model: Model of the robot.
-        structure: Parts of the robot.
-
     Attributes:
         joints: Actuated joints that move fingers.
         unused: Names of the actuated joints behind the palm that move no finger.

@@ -256,11 +256,7 @@ def _jaw_offset(gap: tuple[float, float], size: float) -> float:
 
 
 class _Stroke:
-    """Motion of the fingers between the closed (0) and the open (1) positions.
-
-    Raises:
-        UnsuitableRobotError: The gap is too narrow, or changes too little.
-    """
+    """Motion of the fingers between the closed (0) and the open (1) positions."""
 
     def __init__(self, fingers: Fingers, opened: Positions, closed: Positions) -> None:
         self._fingers = fingers

@@ -22,9 +22,6 @@ def without_loops(model: RobotModel) -> RobotModel:
 
     The linkages are closed by ``<connect>`` elements. Each passive joint follows a driven joint in proportion, which is
     exact for parallelograms. Other passive joints are not changed.
-
-    Args:
-        model: Model of a robot, in any format.
     """
     if not model.passive_joints or model.format != "mjcf":
         return model

@@ -71,10 +71,6 @@ class StatedGripper(BaseModel):
 def read_statement(model: RobotModel, settings: Mapping[str, Any]) -> StatedGripper:
     """Check what is stated about the gripper of a model.
 
-    Args:
-        model: Model of the robot.
-        settings: Settings with the keys of :class:`StatedGripper`.
-
     Raises:
         ConfigurationError: A key is unknown, a value is invalid, or contradicts the model.
     """

@@ -67,9 +67,6 @@ def find_structure(model: RobotModel) -> Structure:
 
     From the root, the arm follows the only moving joint of each body, or the only branch that is much longer than the
     others. The body at which it ends carries the fingers. If the chain has no branches, its last joint is a jaw.
-
-    Args:
-        model: Model of the arm.
     """
     tree = Tree(model)
     chain: list[Joint] = []

@@ -27,11 +27,7 @@ def solid_shapes(link: Link) -> tuple[Visual | Collision, ...]:
 
 
 def surface(geometry: Geometry) -> Any:
-    """Return a shape as a ``trimesh.Trimesh``.
-
-    Raises:
-        ModelFileError: A mesh cannot be read.
-    """
+    """Return a shape as a ``trimesh.Trimesh``."""
     import trimesh
 
     match geometry:
@@ -57,13 +53,7 @@ def placed_surface(shape: Visual | Collision) -> Any:
 
 
 class Surfaces:
-    """Surface points of the bodies of a gripper, relative to its palm.
-
-    Args:
-        model: Model of the robot.
-        palm: Root link of the body that carries the fingers.
-        bodies: Root links of the moving bodies.
-    """
+    """Surface points of the bodies of a gripper, relative to its palm."""
 
     def __init__(self, model: RobotModel, palm: str, bodies: Iterable[str]) -> None:
         self._model, self._palm = model, palm

@@ -40,10 +40,6 @@ class MeshCache:
     The key depends on the mesh file's bytes and suffix, and on the files that the mesh refers to, such as the materials
     of an OBJ file or the buffers of a glTF file. If the cache cannot be read or written, the mesh is parsed again each
     time.
-
-    Args:
-        path: The mesh file.
-        data: Content of the mesh file.
     """
 
     def __init__(self, path: Path, data: bytes) -> None:

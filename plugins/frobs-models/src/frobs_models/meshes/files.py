@@ -28,9 +28,6 @@ class SiblingFiles:
 
     These files must be in the mesh file's folder or below it.
 
-    Args:
-        mesh: The mesh file.
-
     Attributes:
         file_name: Name of the mesh file.
         refused: Reason why a file that the mesh refers to was rejected, or None if no file was rejected. A missing file
@@ -71,11 +68,7 @@ class SiblingFiles:
 
 
 def read_mesh_file(path: Path) -> bytes:
-    """Return a mesh file's content.
-
-    Raises:
-        ModelFileError: The file cannot be read, is not a regular file, or is larger than :data:`MAX_BYTES`.
-    """
+    """Return a mesh file's content."""
     try:
         return read_limited(path, MAX_BYTES)
     except UnsuitableFileError as error:

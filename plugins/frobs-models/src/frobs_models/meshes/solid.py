@@ -11,11 +11,7 @@ from frobs_models.meshes.mesh import joined, read_mesh, scaled
 
 
 def mesh_solid(mesh: Mesh) -> tuple[float, Floats, Floats]:
-    """Return the volume [m³], the centroid (3,) [m], and the inertia about it for a mass of 1 kg, (3, 3) [m²].
-
-    Raises:
-        ModelFileError: The mesh cannot be read, or its surface is not closed.
-    """
+    """Return the volume [m³], the centroid (3,) [m], and the inertia about it for a mass of 1 kg, (3, 3) [m²]."""
     import trimesh
 
     part = joined(scaled(read_mesh(mesh.path), mesh.scale))

@@ -62,11 +62,6 @@ class Geom:
 def read_geom(document: MjcfDocument, geom: Element, frame: Floats) -> Geom:
     """Read a geom.
 
-    Args:
-        document: Document that contains the geom.
-        geom: The element, including the attributes of its default class.
-        frame: Pose of the enclosing ``<frame>`` in the body, (7,).
-
     Raises:
         ModelFileError: The geom's size is missing.
     """

@@ -60,11 +60,6 @@ def _check_areas(root: Element, meter: Meter) -> None:
 def check_asset(element: Element, file: Path, meter: Meter) -> None:
     """Check a file that MuJoCo will open.
 
-    Args:
-        element: Element that refers to the file.
-        file: The file.
-        meter: Counter of the pixels and cells.
-
     Raises:
         ModelFileError: The file is not a regular file or exceeds a limit.
     """

@@ -39,13 +39,7 @@ def read_pose(element: Element) -> Pose:
 
 
 class Shapes:
-    """Reads visual and collision elements and makes their mesh paths absolute.
-
-    Args:
-        packages: Locations of ROS packages that contain meshes.
-        materials: The robot's ``<material>`` elements.
-        notes: Collection to which a note about each change is added.
-    """
+    """Reads visual and collision elements and makes their mesh paths absolute."""
 
     def __init__(self, packages: Packages, materials: Iterable[Element], notes: Notes) -> None:
         self.packages = packages

@@ -110,12 +110,7 @@ def operators(budget: Budget) -> dict[type[ast.AST], Function]:
 
 
 def global_names(budget: Budget, xacro: Mapping[str, Callable[..., Any]]) -> dict[str, Any]:
-    """Return a new table of the names that are predefined in expressions ``${…}``.
-
-    Args:
-        budget: Counter for the work.
-        xacro: Functions of the namespace ``xacro`` that depend on the file.
-    """
+    """Return a new table of the names that are predefined in expressions ``${…}``."""
     python, mathematics = _python(budget), _mathematics(budget)
     of_xacro = Namespace(_functions(budget, {"dotify": YamlDict, "tokenize": _tokenize, **xacro}))
     return {
@@ -129,12 +124,7 @@ def global_names(budget: Budget, xacro: Mapping[str, Callable[..., Any]]) -> dic
 
 
 def eval_names(budget: Budget, functions: Mapping[str, Callable[..., Any]]) -> dict[str, Any]:
-    """Return a new table of the names that are predefined in ``$(eval …)``.
-
-    Args:
-        budget: Counter for the work.
-        functions: Functions that depend on the file, such as ``arg`` and ``find``.
-    """
+    """Return a new table of the names that are predefined in ``$(eval …)``."""
     python = _python(budget)
     names = {name: python[name] for name in (*_BARE, "abs")}
     return {**_mathematics(budget), **names, "true": True, "false": False, **_functions(budget, functions)}

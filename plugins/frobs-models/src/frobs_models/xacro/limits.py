@@ -20,11 +20,7 @@ _CONTAINERS = (list, tuple, set, frozenset, dict)
 
 
 class Budget:
-    """Counter for the work of expanding one file.
-
-    Args:
-        file: The file, for messages.
-    """
+    """Counter for the work of expanding one file."""
 
     def __init__(self, file: Path) -> None:
         self.file = file
@@ -32,47 +28,27 @@ class Budget:
         self.meter = Meter(BUDGETS["robot file"], lambda reason: self.refuse(reason.removesuffix(".")))
 
     def spend(self, work: int) -> None:
-        """Count work. One step takes 1 to 2 µs. The PR2 robot requires 135,000 steps.
-
-        Raises:
-            ModelFileError: The limit is exceeded.
-        """
+        """Count work. One step takes 1 to 2 µs. The PR2 robot requires 135,000 steps."""
         self._steps += work
         if self._steps > _STEPS:
             self.meter.check("xacro steps", self._steps)
 
     def refuse(self, reason: str) -> NoReturn:
-        """Raise a ModelFileError.
-
-        Raises:
-            ModelFileError: Always.
-        """
+        """Raise a ModelFileError."""
         raise ModelFileError(self.file, f"xacro: {reason}; simplify the file's macros and expressions.")
 
     def check_length(self, count: int) -> None:
-        """Check the length of a text before the text is built, and count the length as work.
-
-        Raises:
-            ModelFileError: The length exceeds the limit.
-        """
+        """Check the length of a text before the text is built, and count the length as work."""
         self.meter.check("characters of one text", count)
         self.spend(count // _CHARACTERS_PER_UNIT)
 
     def check_items(self, count: int) -> None:
-        """Check the number of items before a list is built, and count the items as work.
-
-        Raises:
-            ModelFileError: The number exceeds the limit.
-        """
+        """Check the number of items before a list is built, and count the items as work."""
         self.meter.check("values of one list", count)
         self.spend(count)
 
     def weigh(self, value: Any) -> int:
-        """Return the size of a value, including nested values, and count the size as work.
-
-        Raises:
-            ModelFileError: The size, or the absolute value of an integer, exceeds the limit.
-        """
+        """Return the size of a value, including nested values, and count the size as work."""
         if type(value) is int and not -MAX_INTEGER < value < MAX_INTEGER:
             self.refuse("an integer exceeds the limit of 2**63")
         if not isinstance(value, (str, range, *_CONTAINERS)):

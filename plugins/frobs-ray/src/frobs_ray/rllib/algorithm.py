@@ -62,11 +62,7 @@ class RLlibAlgorithm(PolicyAlgorithm):
 
     @abstractmethod
     def rllib_config(self, steps: int) -> AlgorithmConfig:
-        """Return RLlib's configuration of the algorithm, without the configuration of the environments.
-
-        Args:
-            steps: Number of environment steps at the end of training.
-        """
+        """Return RLlib's configuration of the algorithm, without the configuration of the environments."""
 
     def train(self, steps: int, monitor: TrainingMonitor) -> None:
         env = self._require_env()

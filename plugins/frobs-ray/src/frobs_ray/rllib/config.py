@@ -48,7 +48,6 @@ class RLlibConfig(Settings):
 
     @property
     def scales_observation(self) -> bool:
-        """Whether the networks multiply observations by the scale factors that the task suggests."""
         return self.scale_observation
 
     def rates(self, done: int, total: int) -> float | list[list[float]]:

@@ -96,18 +96,7 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         random_actions: bool = False,
         force_reset: bool = False,
     ) -> list[SingleAgentEpisode]:
-        """Step the environments with actions sampled from the policy.
-
-        Args:
-            num_timesteps: Total number of steps in all environments. Defaults to the number in RLlib's configuration.
-            num_episodes: Not supported.
-            explore: Ignored, because actions are always sampled.
-            random_actions: Whether to sample actions uniformly from the action space.
-            force_reset: Whether to start new episodes in all environments.
-
-        Returns:
-            The fragments, one per episode and environment.
-        """
+        """Step the environments with actions sampled from the policy."""
         assert num_episodes is None
         if num_timesteps is None:
             steps = int(self.config.get_rollout_fragment_length(self.worker_index))

@@ -34,13 +34,7 @@ _LOG_STD = (-20.0, 2.0)  # bounds of SAC's log standard deviations, as in the pa
 
 
 class GaussianActor(nn.Module):
-    """Network that maps observations to means, with one trainable log standard deviation per action component.
-
-    Args:
-        body: Network that maps observations to means (batch, n).
-        size: n, the number of action components.
-        log_std: Initial logarithm of the standard deviation.
-    """
+    """Network that maps observations to means, with one trainable log standard deviation per action component."""
 
     def __init__(self, body: nn.Module, size: int, log_std: float) -> None:
         super().__init__()
@@ -54,14 +48,7 @@ class GaussianActor(nn.Module):
 
 
 class ActorCritic(TorchRLModule, InferenceOnlyAPI, ValueFunctionAPI, TargetNetworkAPI):
-    """A policy network and a value network, for PPO and APPO.
-
-    Attributes:
-        actor: Network that maps observations (batch, k) to means and log standard deviations, or to scores of discrete
-            actions.
-        critic: Network that maps observations (batch, k) to state values (batch, 1).
-        target_actor: Copy of the actor with earlier weights, used only by APPO.
-    """
+    """A policy network and a value network, for PPO and APPO."""
 
     def setup(self) -> None:
         """Build the networks."""
@@ -135,7 +122,6 @@ class _Encoder(nn.Module):
         self.joins = actions > 0
 
     def forward(self, batch: dict[str, th.Tensor]) -> dict[str, th.Tensor]:
-        """Return the output of the last hidden layer in a dictionary with RLlib's key."""
         inputs = self.scale(batch[Columns.OBS])
         if self.joins:
             inputs = th.cat([inputs, batch[Columns.ACTIONS]], dim=-1)
@@ -146,7 +132,6 @@ class _SquashedHead(nn.Linear):
     """Output layer for means and bounded log standard deviations."""
 
     def forward(self, input: th.Tensor) -> th.Tensor:
-        """Return the means and the log standard deviations (batch, 2 n)."""
         mean, log_std = super().forward(input).chunk(2, dim=-1)
         return th.cat([mean, log_std.clamp(*_LOG_STD)], dim=-1)
 

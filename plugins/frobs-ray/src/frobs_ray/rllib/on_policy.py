@@ -167,7 +167,6 @@ class RLlibPPO(OnPolicy):
     _config: PPOConfig
 
     def rllib_config(self, steps: int) -> AlgorithmConfig:
-        """Return RLlib's configuration."""
         settings = self._config
         batch = settings.n_steps * self.env.num_envs
         return self._configure(
@@ -210,7 +209,6 @@ class RLlibAPPO(OnPolicy):
     _config: APPOConfig
 
     def rllib_config(self, steps: int) -> AlgorithmConfig:
-        """Return RLlib's configuration."""
         settings = self._config
         return self._configure(
             appo.APPOConfig(),

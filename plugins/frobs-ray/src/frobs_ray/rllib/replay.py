@@ -18,7 +18,6 @@ class Transitions(dict[str, Array]):
     """Sampled transitions, as arrays keyed by RLlib's column names. ``len()`` returns the number of transitions."""
 
     def __len__(self) -> int:
-        """Return the number of transitions."""
         return len(self[Columns.REWARDS])
 
 
@@ -26,10 +25,6 @@ class ReplayBuffer(ReplayBufferInterface):
     """Replay buffer that stores the most recent transitions and samples uniformly, without priorities.
 
     RLlib's buffer processes each transition of a batch separately in Python, whereas this buffer indexes arrays.
-
-    Args:
-        capacity: Maximum number of transitions.
-        seed: Seed for drawing samples.
     """
 
     def __init__(self, capacity: int, seed: int) -> None:
@@ -40,7 +35,6 @@ class ReplayBuffer(ReplayBufferInterface):
         self._metrics: Any = MetricsLogger(root=False)
 
     def __len__(self) -> int:
-        """Return the number of transitions."""
         return self._size
 
     def add(self, batch: Sequence[SingleAgentEpisode], **kwargs: Any) -> None:

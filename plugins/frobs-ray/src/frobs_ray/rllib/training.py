@@ -48,13 +48,7 @@ _NAMES = {
 
 
 class Training:
-    """Trains an algorithm with RLlib.
-
-    Args:
-        owner: The algorithm.
-        env: Environment of the algorithm.
-        monitor: The monitor of the run.
-    """
+    """Trains an algorithm with RLlib."""
 
     def __init__(
         self, owner: RLlibAlgorithm, env: gym.vector.VectorEnv[Any, Any, Any], monitor: TrainingMonitor

@@ -24,14 +24,7 @@ class MigrationError(ConfigurationError):
 
 @dataclass
 class Migration:
-    """Result of a migration.
-
-    Attributes:
-        path: The created folder or file.
-        carried: Migrated parts and their new locations.
-        left: Parts that were not migrated, each with advice.
-        next: Commands for the next steps.
-    """
+    """Result of a migration."""
 
     name: str
     path: Path

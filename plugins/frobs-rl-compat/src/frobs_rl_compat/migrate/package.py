@@ -76,12 +76,7 @@ class OldPackage:
 
 
 def read_package(folder: Path, id: str | None = None) -> OldPackage:
-    """Read a package from its folder.
-
-    Raises:
-        ConfigurationError: The folder does not exist, contains no FRobs_RL environment, or cannot be read.
-        UnknownNameError: The package does not register the ID.
-    """
+    """Read a package from its folder."""
     if not folder.is_dir():
         raise MigrationError(
             folder, "this path is neither a folder nor a file; pass the folder of a ROS package or a YAML file."

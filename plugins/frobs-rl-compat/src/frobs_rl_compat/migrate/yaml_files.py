@@ -41,11 +41,7 @@ def read_yaml_files(folder: Path) -> YamlFiles:
 
 
 def run_configuration(path: Path, mapping: Mapping[str, Any], environment: str | None) -> tuple[str, str]:
-    """Convert a FRobs_RL training file to a run configuration, and return it and a note about ignored settings.
-
-    Raises:
-        ConfigurationError: The file is invalid.
-    """
+    """Convert a FRobs_RL training file to a run configuration, and return it and a note about ignored settings."""
     algorithms = algorithms_in(mapping)
     if not algorithms:
         raise MigrationError(

@@ -43,17 +43,7 @@ class GroupPlanner:
         acceleration_scaling: float,
         max_seconds: float,
     ) -> Plan:
-        """Plan a motion, and return a plan for all joints of the robot.
-
-        Args:
-            start: Positions of all robot joints by name [rad or m].
-            goal: Positions of the group's joints [rad or m], or a pose of ``link`` in the planning frame.
-            link: Link that pose goals refer to, or an empty string if there is no such link.
-            scene: The ``moveit_msgs/PlanningScene``.
-            velocity_scaling: Fraction of the velocity limits.
-            acceleration_scaling: Fraction of the acceleration limits.
-            max_seconds: Maximum time of the search.
-        """
+        """Plan a motion, and return a plan for all joints of the robot."""
         names, group = self._description.model.joint_names, self._group.joint_names
         others = {name: start[name] for name in names if name not in group}
         planner = self._made(others, link, scene, velocity_scaling, acceleration_scaling)

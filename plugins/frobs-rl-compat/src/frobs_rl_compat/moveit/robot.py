@@ -46,11 +46,7 @@ class RobotCommander:
         return name in self._description.semantics.groups
 
     def get_group(self, name: str) -> MoveGroupCommander:
-        """Return a group's commander.
-
-        Raises:
-            MoveItCommanderException: The group does not exist, or ``move_group`` is not running.
-        """
+        """Return a group's commander."""
         if name not in self._groups:
             self._groups[name] = MoveGroupCommander(name, self._parameter, self._namespace)
         return self._groups[name]

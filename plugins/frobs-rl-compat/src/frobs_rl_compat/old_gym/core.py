@@ -51,7 +51,6 @@ class Wrapper(gymnasium.Wrapper[Any, Any, Any, Any], Env):
         return self.env.step(action)
 
     def seed(self, seed: int | None = None) -> Any:
-        """Seed the wrapped environment."""
         return self.env.seed(seed)  # type: ignore[attr-defined]
 
     def __getattr__(self, name: str) -> Any:
@@ -119,7 +118,6 @@ class FourValues(Wrapper):
         return to_four_values(self.env.step(action))
 
     def seed(self, seed: int | None = None) -> list[int]:
-        """Seed the next ``reset``."""
         self._seed = seed
         return [] if seed is None else [seed]
 

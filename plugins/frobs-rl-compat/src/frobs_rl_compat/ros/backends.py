@@ -30,12 +30,7 @@ DEFAULT_BRIDGE = "bridge:mujoco"
 
 @dataclass(frozen=True, kw_only=True)
 class Launch:
-    """Options for launching a simulation, as described in :func:`frobs_rl_compat.ros.ros_gazebo.launch_Gazebo`.
-
-    Attributes:
-        world: World file, or None for an empty world.
-        clock_frequency: Rate of the /clock topic [Hz], or 0 to publish the time after every physics step.
-    """
+    """Options for launching a simulation, as described in :func:`frobs_rl_compat.ros.ros_gazebo.launch_Gazebo`."""
 
     paused: bool = False
     use_sim_time: bool = True

@@ -95,11 +95,7 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         self._start()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Reject copying and pickling.
-
-        Raises:
-            EnvironmentCopyError: Always.
-        """
+        """Reject copying and pickling."""
         raise EnvironmentCopyError("it commands a robot through ROS, and a copy would command the same robot")
 
     def _start(self) -> None:

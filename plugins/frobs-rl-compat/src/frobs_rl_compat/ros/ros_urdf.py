@@ -76,11 +76,7 @@ def parse_model(path: Path, arguments: Sequence[str] | None = None) -> str:
 
 
 def xacro_arguments(arguments: Sequence[str] | None) -> Mapping[str, str]:
-    """Return the values of xacro arguments by name.
-
-    Raises:
-        ConfigurationError: An argument does not have the form ``name:=value``.
-    """
+    """Return the values of xacro arguments by name."""
     if isinstance(arguments, str):
         raise ParameterValueError("xacro arguments", arguments, "a list of 'name:=value' strings, not a single string")
     values = {}

@@ -25,11 +25,7 @@ _OURS = ("progress.csv", "events.out.tfevents.*")
 
 
 class LogFolderExistsError(RunError, ValueError):
-    """The log folder already exists. As in FRobs_RL, this is also a ValueError.
-
-    Args:
-        path: The folder.
-    """
+    """The log folder already exists. As in FRobs_RL, this is also a ValueError."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

@@ -71,11 +71,7 @@ class PolicyParams(Strict):
         return value.lower() if isinstance(value, str) else value
 
     def network_settings(self) -> dict[str, Any]:
-        """Return the settings of the networks in a run configuration.
-
-        Raises:
-            ConfigurationError: The features extractor is abstract.
-        """
+        """Return the settings of the networks in a run configuration."""
         if self.features_extractor_class == "BaseFeaturesExtractor":
             raise ConfigurationError(
                 "features_extractor_class cannot be BaseFeaturesExtractor, which is abstract; use FlattenExtractor, "

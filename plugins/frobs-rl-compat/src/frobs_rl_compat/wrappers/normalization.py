@@ -14,16 +14,7 @@ from frobs_core.util.errors import IncompatibleSpaceError, InvalidActionError
 
 
 class _Bounds:
-    """Finite bounds of a Box.
-
-    Args:
-        wrapper: Name of the wrapper, for error messages.
-        kind: ``"action"`` or ``"observation"``, for error messages.
-        space: The space.
-
-    Raises:
-        ConfigurationError: The space is not a Box or has an unbounded component.
-    """
+    """Finite bounds of a Box."""
 
     def __init__(self, wrapper: str, kind: str, space: gym.Space[Any]) -> None:
         if not isinstance(space, gym.spaces.Box):
