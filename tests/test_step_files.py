@@ -42,7 +42,7 @@ def test_a_step_of_reaching_runs_code_of_six_files():
 
 @pytest.mark.parametrize(
     ("id", "most_calls", "most_files"),
-    [("frobs/PandaPickAndPlace-v0", 72, 16), ("frobs/KobukiMaze-v0", 82, 22)],
+    [("frobs/PandaPickAndPlace-v0", 62, 16), ("frobs/KobukiMaze-v0", 82, 22)],
     ids=["pick and place", "maze"],
 )
 def test_a_step_makes_few_calls(id, most_calls, most_files):

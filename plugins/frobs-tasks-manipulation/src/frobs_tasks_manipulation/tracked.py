@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,7 @@ def bounded(
     """
     high = np.full(values.shape[1], limit)
     return ObservationTerm(
-        read=lambda: np.minimum(np.maximum(values, -limit), limit),
+        read=partial(values.clip, -limit, limit),
         low=-high,
         high=high,
         unit=unit,
