@@ -227,7 +227,6 @@ class Control(Stateful):
 
 
 def _join_spaces(spaces: Mapping[str, gym.Space[Any]]) -> gym.Space[Any]:
-    """Return the combined action space of all controllers."""
     boxes = [space for space in spaces.values() if isinstance(space, gym.spaces.Box) and len(space.shape) == 1]
     moves = [space for space in spaces.values() if isinstance(space, gym.spaces.Discrete) and space.start == 0]
     if len(boxes) == len(spaces):

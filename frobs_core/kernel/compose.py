@@ -330,7 +330,6 @@ def _log_losses(engine: type[Simulation], placement: Placement) -> None:
 
 
 def _check_apart(placements: Mapping[str, Placement]) -> None:
-    """Check that no two robots have the same position."""
     names: dict[tuple[float, ...], str] = {}
     for name, placement in placements.items():
         other = names.setdefault(placement.pose.pos, name)

@@ -155,7 +155,6 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         return mask
 
     def _reset_info(self, mask: Mask) -> dict[str, Any]:
-        """Return the reset info for the environments selected by ``mask``."""
         if self.randomization is None:
             return {}
         drawn: dict[str, Any] = {}

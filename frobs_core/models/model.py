@@ -288,7 +288,6 @@ class RobotModel:
 
     @cached_property
     def _chains(self) -> dict[str, Chain]:
-        """Cached kinematic chains of the requested frames, by frame name."""
         return {}
 
     def frame_pose(self, frame: str, joint_positions: Floats) -> tuple[Floats, Floats]:

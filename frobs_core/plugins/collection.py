@@ -177,7 +177,6 @@ class Plugins:
         return tuple(f"'{r.name}' of {r.origin}: {r.cause}" for r in self.reports() if r.state != "loaded")
 
     def _offers_of(self, kind: str | type[Record]) -> Mapping[str, Mapping[str, PluginReport]]:
-        """For each name of a kind, return the reports of the plugins that provide the name, by distribution."""
         self.reports()
         if not isinstance(kind, str):
             return self._offers.get(kind.kind, {})

@@ -174,7 +174,6 @@ class RandomSource:
         self._keys.clear()
 
     def _key(self, stream: str) -> Words:
-        """Return each environment's Philox key for a stream, (2, num_envs)."""
         key = self._keys.get(stream)
         if key is None:
             mixed = _mix(self._seeds + np.uint64(_stream_number(stream)))

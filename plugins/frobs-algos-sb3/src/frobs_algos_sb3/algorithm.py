@@ -215,7 +215,6 @@ class SB3Algorithm(PolicyAlgorithm):
         return venv
 
     def _policy(self) -> str:
-        """Return the name of the policy class for the observation space."""
         if isinstance(self.observation_space, spaces.Dict):
             return "MultiInputPolicy"
         return "CnnPolicy" if is_image_space(self.observation_space) else "MlpPolicy"

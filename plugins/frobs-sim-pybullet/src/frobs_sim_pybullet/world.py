@@ -198,7 +198,6 @@ class World:
         p.resetBaseVelocity(self.bodies[name], lin, ang, self.client)
 
     def _twist(self, name: str) -> tuple[Vector, Vector]:
-        """Return the linear velocity of a scene body's origin and the body's angular velocity."""
         lin, ang = p.getBaseVelocity(self.bodies[name], self.client)
         if name in self._coms:  # Bullet's linear velocity refers to the center of mass
             shift = cross(ang, rotate(self.body_frame(name)[1], self._coms[name][0]))
@@ -206,7 +205,6 @@ class World:
         return lin, ang
 
     def _put(self, name: str, frame: tuple[Vector, Quat]) -> None:
-        """Teleport a scene body's frame."""
         com = self._coms.get(name)
         pose = frame if com is None else compose(frame, com)
         p.resetBasePositionAndOrientation(self.bodies[name], *pose, self.client)
@@ -388,7 +386,6 @@ class World:
         return read_pose if field == "pose" else read_twist
 
     def _apply(self, name: str, target: str, value: Any) -> None:
-        """Pass a parameter to Bullet."""
         match name:
             case "gravity":
                 p.setGravity(*value, self.client)

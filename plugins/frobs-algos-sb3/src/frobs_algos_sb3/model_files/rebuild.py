@@ -80,7 +80,6 @@ def _attributes(cls: type[BaseAlgorithm]) -> list[str]:
 
 
 def _read(name: str, archive: ModelArchive) -> Any:
-    """Read an attribute, or raise Unreadable."""
     value = archive.data[name]
     if name == "policy_kwargs":
         return policy_kwargs(value, archive)

@@ -105,7 +105,6 @@ def check_collada(path: Path, data: bytes) -> float:
 
 
 def _metres(path: Path, text: str) -> float:
-    """Return a unit of length [m]."""
     try:
         unit = float(text or "1") if text.isascii() and "_" not in text else 0.0
     except ValueError:

@@ -142,7 +142,6 @@ class _MjcfReader:
                 self.notes.add("physics-settings", option, f"{', '.join(physics)}: ignored")
 
     def _unusual(self, option: Element, name: str) -> bool:
-        """Return whether an attribute of ``<option>`` differs from MuJoCo's default."""
         if name == "cone":
             return option.get(name) != _PHYSICS[name]
         return option.numbers(name) != tuple(map(float, _PHYSICS[name].split()))

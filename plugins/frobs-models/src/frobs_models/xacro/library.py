@@ -135,7 +135,6 @@ def _functions(budget: Budget, table: Mapping[str, Callable[..., Any]]) -> dict[
 
 
 def _python(budget: Budget) -> Namespace:
-    """Return the namespace ``python``."""
     add = operators(budget)[ast.Add]
     native = {function.__name__: function for function in (*_KINDS, *_ITERATIONS, *_OTHERS)}
     special: dict[str, Callable[..., Any]] = {
@@ -148,7 +147,6 @@ def _python(budget: Budget) -> Namespace:
 
 
 def _mathematics(budget: Budget) -> Namespace:
-    """Return the namespace ``math``."""
     multiply = operators(budget)[ast.Mult]
     special: dict[str, Callable[..., Any]] = {
         "factorial": _limited(math.factorial, _MAX_FACTORIAL),

@@ -35,7 +35,6 @@ def _spawn(
     ori_z: float = 0.0,
     ori_w: float = 1.0,
 ) -> tuple[bool, str]:
-    """Call a spawn service."""
     use_ros()
     from gazebo_msgs.srv import SpawnModel
 
@@ -52,7 +51,6 @@ _PLACE = list(inspect.signature(_spawn).parameters.values())[2:]
 
 
 def _spawns(function: Callable[..., tuple[bool, str]]) -> Callable[..., tuple[bool, str]]:
-    """Decorate a function that spawns a model."""
     return answers(False, pair=True, vital=True)(with_parameters(function, _PLACE))
 
 

@@ -44,7 +44,6 @@ def main() -> int:
 
 
 def _manage(namespace: str, command: str, names: Sequence[str]) -> None:
-    """Run a command of the ``controller_manager`` program."""
     from controller_manager_msgs.srv import ListControllers, ListControllerTypes, ReloadControllerLibraries
 
     def ask(service: str, kind: Any, *fields: Any) -> Any:

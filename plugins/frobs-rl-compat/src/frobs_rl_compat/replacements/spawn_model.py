@@ -94,7 +94,6 @@ def _of_database(name: str) -> Path:
 
 
 def _call(name: str, kind: type[Any], *fields: Any) -> None:
-    """Call a service."""
     wait_for(name, _TIMEOUT)
     answer = call(name, kind, *fields)
     if not getattr(answer, "success", True):

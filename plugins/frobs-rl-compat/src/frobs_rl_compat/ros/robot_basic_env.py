@@ -240,7 +240,6 @@ RobotBasicEnv.__doc__ = describe_arguments(RobotBasicEnv)
 
 @contextlib.contextmanager
 def _unpaused() -> Iterator[None]:
-    """Unpause the simulation inside this context."""
     or_raise(world.gazebo_unpause_physics)()
     try:
         yield
