@@ -46,35 +46,7 @@ MAX_DECIMATION = 10_000
 """Maximum number of physics steps per control step."""
 
 
-@dataclass(frozen=True)
-class Parts:
-    """Connected parts of an environment, such as the simulation, task and controllers.
-
-    Attributes:
-        robot: Handle of the first controlled robot.
-        controller: Controller of the first controlled robot's first joint group.
-        check_reset: Function that raises CapabilityError if the simulator does not support a reset with the given
-            option names.
-        bind_terms: Function that binds observation terms outside the observation, given their settings.
-    """
-
-    simulation: Simulation
-    scene: Scene
-    control: Control
-    task: Task
-    observations: Observations
-    added_terms: AddedTerms
-    context: StepContext
-    robot: RobotHandle
-    controller: Controller
-    control_timestep: float
-    decimation: int
-    check_reset: Callable[[Collection[str]], None]
-    bind_terms: Callable[[Mapping[str, Any]], AddedTerms]
-    randomization: Randomization | None = None
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Plan:
     """Everything about an environment that is known before its simulator is imported.
 
@@ -102,6 +74,30 @@ class Plan:
     control_timestep: float
     physics_timestep: float
     decimation: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parts(Plan):
+    """Connected parts of an environment, such as the simulation and the controllers, and their plan.
+
+    Attributes:
+        robot: Handle of the first controlled robot.
+        controller: Controller of the first controlled robot's first joint group.
+        check_reset: Function that raises CapabilityError if the simulator does not support a reset with the given
+            option names.
+        bind_terms: Function that binds observation terms outside the observation, given their settings.
+    """
+
+    simulation: Simulation
+    control: Control
+    observations: Observations
+    added_terms: AddedTerms
+    context: StepContext
+    robot: RobotHandle
+    controller: Controller
+    check_reset: Callable[[Collection[str]], None]
+    bind_terms: Callable[[Mapping[str, Any]], AddedTerms]
+    randomization: Randomization | None
 
 
 def plan(config: EnvConfig, num_envs: int, same_step: bool = False) -> Plan:
@@ -252,17 +248,14 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
         return AddedTerms(settings, simulation, scene, joined, context, task.markers, control)
 
     return Parts(
+        **vars(planned),
         simulation=simulation,
-        scene=scene,
         control=joined,
-        task=task,
         observations=observations,
         added_terms=added,
         context=context,
         robot=first.robot,
         controller=controller,
-        control_timestep=control,
-        decimation=planned.decimation,
         check_reset=lambda options: check_capabilities(
             simulator.name, simulator.capabilities, needs_of_task(planned.task_record, task, options)
         ),

@@ -11,14 +11,14 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.contracts import Controller, GoalTask, Snapshot, Stateful, Task
+from frobs_core.contracts import Controller, GoalTask, Snapshot, Stateful, Task, Viewer
 from frobs_core.description import Observation
 from frobs_core.kernel.added_terms import AddedTerms
 from frobs_core.kernel.compose import Parts, compose
 from frobs_core.kernel.config import EnvConfig
 from frobs_core.kernel.copying import CopiedByArguments
 from frobs_core.kernel.inputs import batch_options, invalid_action
-from frobs_core.kernel.viewers import Metadata, open_viewer, render_modes
+from frobs_core.kernel.viewers import PICTURE, Metadata, open_viewer, render_modes
 from frobs_core.util.arrays import Action, Floats, Mask, widened
 from frobs_core.util.errors import ResetNeededError
 
@@ -224,7 +224,44 @@ def _overrides(part: object, base: type, method: str) -> bool:
     return getattr(part, method).__func__ is not getattr(base, method)
 
 
-class RobotEnv(CopiedByArguments, gym.Env[Any, Any]):
+class ComposedEnv(CopiedByArguments):
+    """What single and vector environments have in common: the attributes that :class:`RobotEnv` lists."""
+
+    metadata = Metadata()
+
+    viewer: Viewer | None
+    _check_box: Callable[[Any], Action]
+    _check_discrete: Callable[[Any], Action]
+
+    def _compose(self, keywords: Mapping[str, Any], num_envs: int, same_step: bool = False) -> Parts:
+        self.config = config = EnvConfig.from_dict(keywords)
+        parts = compose(config, num_envs, same_step)
+        self._loop = Loop(parts, num_envs)
+        self.step_context = parts.context
+        self.after_reset, self.after_step = self._loop.after_reset, self._loop.after_step
+        self.simulation, self.control, self.task = parts.simulation, parts.control, parts.task
+        self.scene, self.robot, self.controller = parts.scene, parts.robot, parts.controller
+        self.observations, self.randomization = parts.observations, parts.randomization
+        self.control_timestep, self.decimation = parts.control_timestep, parts.decimation
+        self.render_mode = config.render_mode
+        self.metadata = {"render_modes": render_modes(), "render_fps": round(1.0 / parts.control_timestep)}
+        self._seeded = False
+        self._checked = self._check_discrete if self._loop.discrete else self._check_box
+        return parts
+
+    def _pictures(self) -> np.ndarray[Any, Any] | None:
+        if self.render_mode != PICTURE:
+            return None
+        config = self.config
+        return self.simulation.render(None, config.camera, config.render_size, "rgb", self.task.markers())
+
+    def _release(self) -> None:
+        if self.viewer is not None:
+            self.viewer.close()
+        self.simulation.close()
+
+
+class RobotEnv(ComposedEnv, gym.Env[Any, Any]):
     """Gymnasium environment in which robots perform a task.
 
     At every step, ``info`` contains ``is_success`` (0.0 or 1.0), the reward terms (``frobs/reward/<term>``), and the
@@ -256,31 +293,16 @@ class RobotEnv(CopiedByArguments, gym.Env[Any, Any]):
         ConfigurationError: A value is invalid.
     """
 
-    metadata = Metadata()
-
     def __init__(self, **keywords: Any) -> None:
-        self.config = config = EnvConfig.from_dict(keywords)
-        parts = compose(config, 1)
-        self._loop = Loop(parts, 1)
-        self.step_context = parts.context
-        self.after_reset, self.after_step = self._loop.after_reset, self._loop.after_step
-        self.simulation, self.control, self.task = parts.simulation, parts.control, parts.task
-        self.scene = parts.scene
-        self.robot, self.controller = parts.robot, parts.controller
-        self.randomization = parts.randomization
-        self.control_timestep, self.decimation = parts.control_timestep, parts.decimation
+        parts = self._compose(keywords, 1)
         self.action_space = parts.control.action_space
         self._action_shape = self.action_space.shape
-        self.observations = parts.observations
         self.observation_space = parts.observations.space
-        self.render_mode = config.render_mode
-        self.metadata = {"render_modes": render_modes(), "render_fps": round(1.0 / parts.control_timestep)}
-        self._seeded = self._running = False
-        self._checked = self._check_discrete if self._loop.discrete else self._check_box
+        self._running = False
         self._row = _rows_of if isinstance(self.observation_space, gym.spaces.Dict) else itemgetter(0)
         if isinstance(parts.task, GoalTask):
             self.compute_reward = parts.task.compute_reward  # hindsight experience replay calls this method
-        self.viewer = open_viewer(self, config.render_mode)
+        self.viewer = open_viewer(self, self.render_mode)
 
     def reset(self, *, seed: int | None = None, options: Mapping[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode.
@@ -373,10 +395,8 @@ class RobotEnv(CopiedByArguments, gym.Env[Any, Any]):
 
     def render(self) -> Any:
         """Return an image, (height, width, 3) uint8, if ``render_mode`` is ``"rgb_array"``, otherwise None."""
-        if self.render_mode != "rgb_array":
-            return None
-        config = self.config
-        return self.simulation.render(None, config.camera, config.render_size, "rgb", self.task.markers())[0]
+        pictures = self._pictures()
+        return None if pictures is None else pictures[0]
 
     def snapshot(self) -> Snapshot:
         """Return the complete state of the environment, without the state of its wrappers."""
@@ -390,9 +410,7 @@ class RobotEnv(CopiedByArguments, gym.Env[Any, Any]):
     def close(self) -> None:
         """Release the simulation. Repeated calls have no effect."""
         self._running = False
-        if self.viewer is not None:
-            self.viewer.close()
-        self.simulation.close()
+        self._release()
 
 
 def _rows_of(observation: Any) -> Any:

@@ -19,18 +19,15 @@ from gymnasium.vector.utils import batch_space
 from frobs_core.contracts import Snapshot
 from frobs_core.deprecation import deprecated
 from frobs_core.description import Observation
-from frobs_core.kernel.compose import compose
-from frobs_core.kernel.config import EnvConfig
-from frobs_core.kernel.copying import CopiedByArguments
-from frobs_core.kernel.env import Loop
+from frobs_core.kernel.env import ComposedEnv
 from frobs_core.kernel.inputs import as_numbers, invalid_action, option_mapping
-from frobs_core.kernel.viewers import Metadata, open_viewer, render_modes
+from frobs_core.kernel.viewers import open_viewer
 from frobs_core.util.arrays import Action, Mask, rows_of
 from frobs_core.util.errors import ParameterValueError, ResetNeededError, ResetOptionError
 from frobs_core.util.validation import whole_number
 
 
-class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
+class RobotVectorEnv(ComposedEnv, gym.vector.VectorEnv[Any, Any, Any]):
     """Gymnasium vector environment of ``num_envs`` environments with the same task.
 
     ``info`` follows Gymnasium's convention for vector environments: each key contains an array of values, and ``_key``
@@ -58,8 +55,6 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         FrobsError: See :class:`~frobs_core.kernel.env.RobotEnv`.
     """
 
-    metadata = Metadata()
-
     def __init__(
         self,
         num_envs: int = 1,
@@ -71,30 +66,15 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
     ) -> None:
         if stagger and max_episode_steps is None:
             raise ParameterValueError("stagger", stagger, "False without a time limit")
-        self.config = config = EnvConfig.from_dict(keywords)
         self.autoreset_mode = AutoresetMode(autoreset_mode)
-        parts = compose(config, num_envs, self.autoreset_mode is AutoresetMode.SAME_STEP)
-        self._loop = Loop(parts, num_envs)
-        self.step_context = parts.context
-        self.after_reset, self.after_step = self._loop.after_reset, self._loop.after_step
+        parts = self._compose(keywords, num_envs, self.autoreset_mode is AutoresetMode.SAME_STEP)
         self.before_autoreset = self._loop.before_autoreset
-        self.simulation, self.control, self.task = parts.simulation, parts.control, parts.task
-        self.scene = parts.scene
-        self.robot, self.controller = parts.robot, parts.controller
-        self.randomization = parts.randomization
-        self.control_timestep, self.decimation = parts.control_timestep, parts.decimation
         self.num_envs = num_envs
         self.single_action_space = parts.control.action_space
-        self.observations = parts.observations
         self.single_observation_space = parts.observations.space
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.render_mode = config.render_mode
-        self.metadata = {
-            "render_modes": render_modes(),
-            "render_fps": round(1.0 / parts.control_timestep),
-            "autoreset_mode": self.autoreset_mode,
-        }
+        self.metadata["autoreset_mode"] = self.autoreset_mode
         self.max_episode_steps = math.inf if max_episode_steps is None else max_episode_steps
         self._stagger = stagger
         self.final_observation: Observation | None = None
@@ -102,9 +82,7 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         self._ended = np.ones(num_envs, np.bool_)  # environments that wait for a reset
         self._none = np.zeros(num_envs, np.bool_)
         self._all = np.ones(num_envs, np.bool_)
-        self._seeded = False
-        self._checked = self._check_discrete if self._loop.discrete else self._check_box
-        self.viewer = open_viewer(self, config.render_mode)
+        self.viewer = open_viewer(self, self.render_mode)
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Mapping[str, Any] | None = None
@@ -281,10 +259,8 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
 
     def render(self) -> tuple[Any, ...] | None:
         """Return one image per environment, (height, width, 3) uint8, if ``render_mode`` is ``"rgb_array"``."""
-        if self.render_mode != "rgb_array":
-            return None
-        config = self.config
-        return tuple(self.simulation.render(None, config.camera, config.render_size, "rgb", self.task.markers()))
+        pictures = self._pictures()
+        return None if pictures is None else tuple(pictures)
 
     def snapshot(self) -> Snapshot:
         """Return the complete state.
@@ -318,9 +294,7 @@ class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
 
     def close_extras(self, **kwargs: Any) -> None:
         """Release the simulation."""
-        if self.viewer is not None:
-            self.viewer.close()
-        self.simulation.close()
+        self._release()
 
 
 def _merge(rows: np.ndarray[Any, Any], fresh: np.ndarray[Any, Any], mask: Mask) -> np.ndarray[Any, Any]:

@@ -14,7 +14,6 @@ from frobs_core.util.errors import IncompatibleSpaceError, InvalidActionError
 
 
 class _Bounds:
-
     def __init__(self, wrapper: str, kind: str, space: gym.Space[Any]) -> None:
         if not isinstance(space, gym.spaces.Box):
             raise IncompatibleSpaceError(
