@@ -118,8 +118,12 @@ class Loop(Stateful):
         if not self._checked_terms:  # checked only now, because terms may have no values before the first reset
             self.observations.check()
             self._checked_terms = True
+        return self.observe(mask)
+
+    def observe(self, begun: Mask | None) -> Observation:
+        """Return the observation of all environments, in which episodes have ``begun``: a mask, or None for all."""
         observation = self._observe()
-        return observation if self.randomization is None else self.randomization.begin(self.rng, observation, mask)
+        return observation if self.randomization is None else self.randomization.begin(self.rng, observation, begun)
 
     def step(self, actions: Action) -> StepResult:
         """Advance by one control step.
@@ -230,8 +234,6 @@ class ComposedEnv(CopiedByArguments):
     metadata = Metadata()
 
     viewer: Viewer | None
-    _check_box: Callable[[Any], Action]
-    _check_discrete: Callable[[Any], Action]
 
     def _compose(self, keywords: Mapping[str, Any], num_envs: int, same_step: bool = False) -> Parts:
         self.config = config = EnvConfig.from_dict(keywords)
@@ -246,7 +248,6 @@ class ComposedEnv(CopiedByArguments):
         self.render_mode = config.render_mode
         self.metadata = {"render_modes": render_modes(), "render_fps": round(1.0 / parts.control_timestep)}
         self._seeded = False
-        self._checked = self._check_discrete if self._loop.discrete else self._check_box
         return parts
 
     def _pictures(self) -> np.ndarray[Any, Any] | None:
@@ -299,6 +300,7 @@ class RobotEnv(ComposedEnv, gym.Env[Any, Any]):
         self._action_shape = self.action_space.shape
         self.observation_space = parts.observations.space
         self._running = False
+        self._checked = self._check_discrete if self._loop.discrete else self._check_box
         self._row = _rows_of if isinstance(self.observation_space, gym.spaces.Dict) else itemgetter(0)
         if isinstance(parts.task, GoalTask):
             self.compute_reward = parts.task.compute_reward  # hindsight experience replay calls this method

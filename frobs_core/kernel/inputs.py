@@ -8,8 +8,9 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.util.arrays import Action, Floats
+from frobs_core.util.arrays import Action, Floats, Mask
 from frobs_core.util.errors import InvalidActionError, ParameterValueError, ResetOptionError, check_keys
+from frobs_core.util.validation import whole_number
 
 
 def as_numbers(action: Any, dtype: type[np.generic], space: gym.Space[Any]) -> Action:
@@ -41,6 +42,53 @@ def invalid_action(action: Any, space: gym.Space[Any]) -> InvalidActionError:
     else:
         text = f"the action {action!r} is not in {space}."
     return InvalidActionError(text)
+
+
+def check_actions(actions: Any, space: gym.Space[Any]) -> Action:
+    """Return the actions of all environments, (num_envs, …), as an array.
+
+    Raises:
+        InvalidActionError: The actions have the wrong shape, are not finite, or are not in a discrete space.
+    """
+    is_box = isinstance(space, gym.spaces.Box)
+    array = as_numbers(actions, np.float64 if is_box else np.int64, space)
+    # A dot product would be faster than isfinite, but its threads would compete with the engine's threads.
+    if array.shape != space.shape or not (np.isfinite(array).all() if is_box else space.contains(array)):
+        raise invalid_action(actions, space)
+    return array
+
+
+def check_seeds(seeds: Any, num_envs: int) -> Sequence[int | None]:
+    """Return a list with the seed of each environment.
+
+    Raises:
+        ParameterValueError: The seeds are not a list with one whole number or None for each environment.
+    """
+    if isinstance(seeds, str) or not isinstance(seeds, Sequence | np.ndarray):
+        raise ParameterValueError("seed", seeds, "a whole number, a list with one number per environment, or None")
+    for number in seeds:
+        if number is not None:
+            whole_number("seed", number)
+    if len(seeds) != num_envs:
+        raise ParameterValueError("number of seeds", len(seeds), f"{num_envs}, one for each environment")
+    return list(seeds)
+
+
+def check_reset_mask(given: Any, num_envs: int) -> Mask:
+    """Return the option ``"reset_mask"`` as an array, (num_envs,) bool.
+
+    Raises:
+        ResetOptionError: It is not a mask of this shape, or selects no environment.
+    """
+    try:
+        mask = np.asarray(given)
+    except ValueError:  # rows of different lengths
+        mask = np.empty(0)
+    if mask.shape != (num_envs,) or mask.dtype != np.bool_ or not mask.any():
+        raise ResetOptionError(
+            "reset_mask", f"is {given}; it must be a boolean array of shape ({num_envs},) with at least one True."
+        )
+    return mask
 
 
 def option_mapping(options: Any) -> dict[str, Any]:

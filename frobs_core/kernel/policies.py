@@ -17,6 +17,7 @@ from frobs_core import plugins
 from frobs_core.contracts.policy import Environment, Policy
 from frobs_core.deprecation import deprecated, warn_deprecated
 from frobs_core.description.observation_term import Observation
+from frobs_core.kernel.mixed_vector_env import MixedVectorEnv
 from frobs_core.plugins.records import PolicyRecord
 from frobs_core.util.arrays import Action, Mask
 from frobs_core.util.attributes import load_attribute
@@ -80,7 +81,7 @@ def find_policy(name: str | Path) -> PolicyRecord:
 
 
 class TaskExpert(Policy):
-    """The scripted expert of the environment's task."""
+    """The scripted expert of the environment's task. On several simulators, each has its own expert."""
 
     def bind(self, env: Environment) -> None:
         """Create the expert. Experts of version 0.2 have ``__init__(env)`` and ``act(episode_start)``.
@@ -88,9 +89,18 @@ class TaskExpert(Policy):
         Raises:
             RunError: The task has no expert.
         """
-        expert: str = getattr(getattr(env.unwrapped, "task", None), "expert", "")
+        base: Any = env.unwrapped
+        self._parts: list[TaskExpert] = []
+        if isinstance(base, MixedVectorEnv):
+            self._split = base.split
+            for part in base.parts.values():
+                part.spec = env.spec  # for error messages
+                self._parts.append(TaskExpert())
+                self._parts[-1].bind(part)
+            return
+        expert: str = getattr(getattr(base, "task", None), "expert", "")
         if not expert:
-            id = env.spec.id if env.spec is not None else type(env.unwrapped).__name__
+            id = env.spec.id if env.spec is not None else type(base).__name__
             raise RunError(f"the task of {id} has no scripted expert; use another policy: frobs list policies.")
         cls = load_attribute(expert)
         self.takes_observation = len(inspect.signature(cls.act).parameters) > 2
@@ -100,18 +110,25 @@ class TaskExpert(Policy):
         else:
             new = "bind(env) and act(observation, episode_start)"
             warn_deprecated(f"__init__(env) of expert {cls.__qualname__}", instead=new, since="0.3", removed_in="0.4")
-            self.expert = cls(env.unwrapped)
+            self.expert = cls(base)
 
     def act(self, observation: Observation, episode_start: Mask) -> Action:
+        if self._parts:
+            rows = zip(self._parts, self._split(observation), self._split(episode_start), strict=True)
+            return np.concatenate([part.act(seen, start) for part, seen, start in rows])
         arguments = (observation, episode_start) if self.takes_observation else (episode_start,)
         return cast("Action", self.expert.act(*arguments))
 
     def info(self) -> Mapping[str, np.ndarray[Any, Any]]:
+        if self._parts:
+            infos = [part.info() for part in self._parts]
+            return {name: np.concatenate([info[name] for info in infos]) for name in infos[0]}
         facts: Mapping[str, np.ndarray[Any, Any]] = self.expert.info()
         return facts
 
     def close(self) -> None:
-        self.expert.close()
+        for expert in self._parts or [self.expert]:
+            expert.close()
 
 
 @deprecated(instead="frobs_core.load_policy('expert', env)", since="0.3", removed_in="0.4")

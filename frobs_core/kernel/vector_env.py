@@ -20,11 +20,10 @@ from frobs_core.contracts import Snapshot
 from frobs_core.deprecation import deprecated
 from frobs_core.description import Observation
 from frobs_core.kernel.env import ComposedEnv
-from frobs_core.kernel.inputs import as_numbers, invalid_action, option_mapping
+from frobs_core.kernel.inputs import check_actions, check_reset_mask, check_seeds, option_mapping
 from frobs_core.kernel.viewers import open_viewer
-from frobs_core.util.arrays import Action, Mask, rows_of
-from frobs_core.util.errors import ParameterValueError, ResetNeededError, ResetOptionError
-from frobs_core.util.validation import whole_number
+from frobs_core.util.arrays import Mask, rows_of
+from frobs_core.util.errors import ParameterValueError, ResetNeededError
 
 
 class RobotVectorEnv(ComposedEnv, gym.vector.VectorEnv[Any, Any, Any]):
@@ -105,10 +104,19 @@ class RobotVectorEnv(ComposedEnv, gym.vector.VectorEnv[Any, Any, Any]):
         """
         given = option_mapping(options)
         mask = given.pop("reset_mask", None)
-        if mask is not None:
-            mask = self._reset_mask(mask)
-        batched = self._loop.batch_options(given)
+        return self.reset_rows(seed, None if mask is None else check_reset_mask(mask, self.num_envs), given)
+
+    def reset_rows(
+        self, seed: int | Sequence[int | None] | None, mask: Mask | None, options: Mapping[str, Any]
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin episodes in the environments of a mask, which may select none of them, and return as :meth:`reset`.
+
+        For the errors, see :meth:`reset`.
+        """
+        batched = self._loop.batch_options(options)
         self._seed(seed, mask)
+        if mask is not None and not mask.any():
+            return self._loop.observe(mask), self._reset_info(mask)
         rows = rows_of(mask)
         self._elapsed[rows] = 0
         if self._stagger and mask is None:
@@ -119,18 +127,6 @@ class RobotVectorEnv(ComposedEnv, gym.vector.VectorEnv[Any, Any, Any]):
         if self.viewer is not None:
             self.viewer.update()
         return observation, self._reset_info(self._all if mask is None else mask)
-
-    def _reset_mask(self, given: Any) -> Mask:
-        try:
-            mask = np.asarray(given)
-        except ValueError:  # rows of different lengths
-            mask = np.empty(0)
-        if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
-            raise ResetOptionError(
-                "reset_mask",
-                f"is {given}; it must be a boolean array of shape ({self.num_envs},) with at least one True.",
-            )
-        return mask
 
     def _reset_info(self, mask: Mask) -> dict[str, Any]:
         if self.randomization is None:
@@ -153,15 +149,7 @@ class RobotVectorEnv(ComposedEnv, gym.vector.VectorEnv[Any, Any, Any]):
                 else:
                     rng.seed([s for s, chosen in zip(seeds, mask, strict=True) if chosen], mask)
         else:
-            if isinstance(seed, str) or not isinstance(seed, Sequence | np.ndarray):
-                raise ParameterValueError(
-                    "seed", seed, "a whole number, a list with one number per environment, or None"
-                )
-            for number in seed:
-                if number is not None:
-                    whole_number("seed", number)
-            if len(seed) != self.num_envs:
-                raise ParameterValueError("number of seeds", len(seed), f"{self.num_envs}, one for each environment")
+            seed = check_seeds(seed, self.num_envs)
             if not self._seeded:
                 rng.seed([int(self.np_random.integers(2**63)) for _ in range(self.num_envs)])
             chosen = np.array([s is not None for s in seed]) & (self._all if mask is None else mask)
@@ -183,11 +171,10 @@ class RobotVectorEnv(ComposedEnv, gym.vector.VectorEnv[Any, Any, Any]):
             ResetNeededError: ``reset`` has not been called, or an episode has ended and autoreset is disabled.
         """
         waiting = self._ended if self._ended.any() else None
-        if waiting is not None and (self.autoreset_mode is not AutoresetMode.NEXT_STEP or not self._seeded):
-            which = np.flatnonzero(waiting).tolist()
-            raise ResetNeededError(f"no episode is running in environments {which[:8]}; call reset() first.")
+        if waiting is not None:
+            require_episodes(self.idle())
         # Invalid actions raise an error before any state changes, including the random state.
-        checked = self._checked(actions)
+        checked = check_actions(actions, self.action_space)
         if waiting is not None:
             for callback in self.before_autoreset:
                 callback(waiting.copy())
@@ -237,18 +224,9 @@ class RobotVectorEnv(ComposedEnv, gym.vector.VectorEnv[Any, Any, Any]):
         assert isinstance(fresh, np.ndarray)
         return _merge(observation, fresh, mask)
 
-    def _check_box(self, actions: Any) -> Action:
-        array = as_numbers(actions, np.float64, self.action_space)
-        # A dot product would be faster than isfinite, but its threads would compete with the engine's threads.
-        if array.shape != self.action_space.shape or not np.isfinite(array).all():
-            raise invalid_action(actions, self.action_space)
-        return array
-
-    def _check_discrete(self, actions: Any) -> Action:
-        array = as_numbers(actions, np.int64, self.action_space)
-        if array.shape != self.action_space.shape or not self.action_space.contains(array):
-            raise invalid_action(actions, self.action_space)
-        return array
+    def idle(self) -> Mask:
+        """Return a mask of the environments that cannot take a step before a reset, (num_envs,) bool."""
+        return self._none if self._seeded and self.autoreset_mode is AutoresetMode.NEXT_STEP else self._ended
 
     def read_terms(self, settings: Mapping[str, Any]) -> dict[str, np.ndarray[Any, Any]]:
         """Read observation terms outside the observation, (num_envs, …) each.
@@ -295,6 +273,13 @@ class RobotVectorEnv(ComposedEnv, gym.vector.VectorEnv[Any, Any, Any]):
     def close_extras(self, **kwargs: Any) -> None:
         """Release the simulation."""
         self._release()
+
+
+def require_episodes(idle: Mask) -> None:
+    """Raise ResetNeededError if a mask selects environments in which no episode is running."""
+    if idle.any():
+        which = np.flatnonzero(idle).tolist()
+        raise ResetNeededError(f"no episode is running in environments {which[:8]}; call reset() first.")
 
 
 def _merge(rows: np.ndarray[Any, Any], fresh: np.ndarray[Any, Any], mask: Mask) -> np.ndarray[Any, Any]:

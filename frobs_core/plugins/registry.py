@@ -39,7 +39,7 @@ COMPOSITIONAL_ID = "frobs/Env-v0"
 """ID of an environment whose robot, task, controller and simulator are passed as keywords."""
 
 _SINGLE = "frobs_core.kernel.env:RobotEnv"
-_VECTOR = "frobs_core.kernel.vector_env:RobotVectorEnv"
+_VECTOR = "frobs_core.kernel.mixed_vector_env:make_vector_env"
 _CLASH = "frobs_core.plugins.registry:raise_clash"
 
 _registered: dict[str, EnvSpec] = {}  # FRobs IDs, recognized even if a user has changed, for example, max_episode_steps

@@ -62,7 +62,7 @@ def validate(model: type[Model], settings: Mapping[str, Any], owner: str) -> Mod
                 f"'{holder}' of {owner}" if holder else owner, str(keys[-1]), _fields(model, keys[:-1])
             )
         else:
-            error = _explain(owner, ".".join(_present(settings, keys)) or "settings", problem)
+            error = _explain(owner, ".".join(_present(settings, keys)), problem)
         raise located(error, settings, keys) from None
 
 
@@ -87,6 +87,8 @@ def _explain(owner: str, name: str, problem: Mapping[str, Any]) -> Configuration
     message, value = problem["msg"].removeprefix("Value error, "), problem["input"]
     if problem["type"] == "missing":
         return MissingSettingError(owner, name)
+    if not name:  # the rule is about several settings
+        return ConfigurationError(f"{owner}: {message}.")
     if message.startswith("Input should be "):
         return ParameterValueError(name, value, message.removeprefix("Input should be "), owner)
     return ConfigurationError(f"{owner}: {name} = {value!r}: {message}.")
@@ -251,6 +253,8 @@ def _present(settings: object, keys: tuple[int | str, ...]) -> list[str]:
         try:
             settings = cast("Any", settings)[key]
         except (KeyError, IndexError, TypeError):
+            if isinstance(settings, Mapping) and key != keys[-1]:
+                continue  # the member of a union
             return [*names, str(key)] if isinstance(settings, Mapping) else names
         names.append(str(key))
     return names

@@ -67,7 +67,7 @@ def test_an_id_names_its_parts_as_plain_data(site, registered):
     assert registered() == []
     spec = gym.spec("lab/Press-v3")
     assert spec.entry_point == "frobs_core.kernel.env:RobotEnv"
-    assert spec.vector_entry_point == "frobs_core.kernel.vector_env:RobotVectorEnv"
+    assert spec.vector_entry_point == "frobs_core.kernel.mixed_vector_env:make_vector_env"
     assert spec.max_episode_steps == 7
     assert spec.kwargs == {
         "task": "press",
