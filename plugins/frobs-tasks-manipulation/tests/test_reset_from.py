@@ -94,15 +94,37 @@ def test_the_share_of_the_steps_and_the_front_are_as_stated() -> None:
         env.reset(seed=0)
         # At the end of the path, episodes are a fifth as long: 5 of 6 begin there for half of the steps.
         assert 44 <= int((env.snapshot()["state"] >= 0).sum()) <= 61
-        assert env.front == 4
+        (part,) = env.curricula
+        assert part.front == 4
         for _ in range(3):  # one step is left to those on the path: doing nothing is a success
             env.step(np.zeros((64, 4)))
-        assert env.front < 4
-        assert env.metrics() == {"curriculum/front": env.front / 4}
-        front = env.front
+        assert part.front < 4
+        assert env.metrics() == {"curriculum/front": part.front / 4}
+        front = part.front
         for _ in range(100):  # the cube falls
             env.step(np.tile([0.0, 0.0, 0.0, 1.0], (64, 1)))
-        assert 0 < env.front <= front
+        assert 0 < part.front <= front
+
+
+@pytest.mark.needs("pybullet")
+def test_each_simulator_has_its_own_front() -> None:
+    with curriculum(
+        environment="frobs/PandaPush-v0", num_envs={"mujoco": 8, "pybullet": 2}, reset_from={"share": 1.0}
+    ) as env:
+        mujoco, pybullet = env.curricula
+        env.reset(seed=0)
+        assert (env.unwrapped.parts["pybullet"].snapshot()["elapsed"] > 0).all()  # type: ignore[attr-defined]
+        mujoco.count(np.ones(50))
+        assert (mujoco.front, pybullet.front) == (23, 24)
+        assert env.metrics() == {"curriculum/front": 23.5 / 24}
+        before = env.snapshot()
+        mujoco.count(np.ones(50))
+        env.restore(before)
+        assert (mujoco.front, pybullet.front) == (23, 24)
+        info: dict[str, Any] = {}
+        while "final_info" not in info:
+            info = env.step(np.zeros(env.action_space.shape))[-1]  # type: ignore[arg-type]
+        assert info["final_info"][FROM_PATH].shape == (10,)
 
 
 def test_statistics_leave_out_the_episodes_on_the_path(tmp_path: Path) -> None:

@@ -21,6 +21,7 @@ REACH = "frobs/Irb120Reach-v0"
         f"frobs train {REACH} --seed 3",
         f"frobs train {REACH} --controller tcp_delta_position --seed 0",
         f"frobs train {REACH} --algorithm sac --simulator pybullet --steps 5000 --seed 1",
+        f"frobs train {REACH} --simulator mujoco --num-envs mujoco=3,pybullet=1 --seed 0",
         "frobs train CartPole-v1 --num-envs 4 --seed 2 --set algorithm_config.gamma=0.9 --set evaluate_every=500",
         f"frobs train {REACH} --seed 1 --set environment_kwargs.tolerance=0.02 --set 'wrappers=[]'",
         "frobs train CartPole-v1 --seed 2 --set algorithm_config.target_kl=.inf",

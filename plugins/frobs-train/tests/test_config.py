@@ -1,12 +1,19 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from pydantic import ValidationError
 
 from frobs_cli.errors import CommandLineError
-from frobs_core.util.errors import ConfigFileError, ConfigurationError, UnknownNameError, UnknownParameterError
+from frobs_core.util.errors import (
+    ConfigFileError,
+    ConfigurationError,
+    FrobsError,
+    UnknownNameError,
+    UnknownParameterError,
+)
 from frobs_train import decide_threads, resolve_config
 from frobs_train.cli.train import _advise_controller
 
@@ -45,6 +52,33 @@ def test_tuned_settings_are_below_everything_else() -> None:
     changed = resolve_config(f"frobs_core:{REACH}", flags={"num_envs": 3}, settings=["algorithm_config.gamma=0.5"])
     assert changed.num_envs == 3
     assert changed.algorithm_config == {**tuned.algorithm_config, "gamma": 0.5}
+
+
+def test_the_number_on_each_simulator_replaces_that_of_a_file(tmp_path: Path) -> None:
+    file = tmp_path / "mixed.yaml"
+    file.write_text("num_envs: {gazebo: 2, mujoco: 3}\n", "utf-8")
+    assert resolve_config(REACH, file=file).simulators == ("gazebo", "mujoco")
+    config = resolve_config(REACH, file=file, flags={"num_envs": "pybullet=1,mujoco=2"})
+    assert list(config.num_envs.items()) == [("pybullet", 1), ("mujoco", 2)]  # type: ignore[union-attr]
+    assert config.total_envs == 3
+    assert config.environment_kwargs["simulator"] == "pybullet"
+    assert resolve_config(REACH, file=file, flags={"num_envs": "4"}).num_envs == 4
+
+
+@pytest.mark.parametrize(
+    ("flags", "message"),
+    [
+        ({"num_envs": "mujoco=2,"}, "neither a whole number"),
+        ({"num_envs": "mujoco=2,mujoco=3"}, "neither a whole number"),
+        ({"num_envs": {"mujoco": 0}}, r"num_envs\.mujoco is 0"),
+        ({"num_envs": {}}, "num_envs is {}"),
+        ({"num_envs": {"mujoco": 1}, "simulator": "pybullet"}, "'pybullet', which is not a simulator of num_envs"),
+        ({"num_envs": {"mujoco": 1, "havok": 1}}, "havok"),
+    ],
+)
+def test_wrong_numbers_of_environments_are_explained(flags: dict[str, Any], message: str) -> None:
+    with pytest.raises(FrobsError, match=message):
+        resolve_config(REACH, flags=flags, check_parts=True)
 
 
 def test_a_controller_picks_its_section_of_the_tuned_file() -> None:

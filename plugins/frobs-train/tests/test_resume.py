@@ -93,6 +93,40 @@ SDE = {"use_sde": True}
             marks=[pytest.mark.slow, pytest.mark.needs("pybullet")],
         ),
         pytest.param(
+            {"num_envs": {"pybullet": 1, "mujoco": 2}, "randomize": RANDOMIZED, "stagger": True},
+            id="two simulators",
+            marks=pytest.mark.needs("pybullet"),
+        ),
+        pytest.param(
+            {
+                "algorithm": "sac",
+                "environment": "frobs/Irb120ReachGoal-v0",
+                "algorithm_config": {**OFF, "buffer_size": 400},
+                "num_envs": {"mujoco": 1, "pybullet": 1},
+                "steps": 240,
+            },
+            id="HER, two simulators",
+            marks=[pytest.mark.slow, pytest.mark.needs("pybullet")],
+        ),
+        *(
+            pytest.param(
+                {
+                    "algorithm": algorithm,
+                    "environment": "frobs/PandaPush-v0",
+                    "algorithm_config": settings,
+                    "num_envs": {"mujoco": 1, "pybullet": 1},
+                    "reset_from": reset_from,
+                },
+                id=f"{algorithm}, two simulators",
+                marks=[pytest.mark.slow, pytest.mark.needs("pybullet")],
+            )
+            for algorithm, settings, reset_from in (
+                ("dagger", {"updates": 4, "final_updates": 4}, None),
+                ("bc", {"demonstration_episodes": 2}, None),
+                ("sbx_ppo", {**FAST, "n_steps": 16}, {"share": 0.5}),
+            )
+        ),
+        pytest.param(
             {"num_envs": 1, "log_every": 40, "checkpoint_every": 48}, id="one environment", marks=pytest.mark.slow
         ),
         pytest.param({"wrappers": [{"name": "components_to_name:Counting"}]}, id="wrapper", marks=pytest.mark.slow),

@@ -61,7 +61,8 @@ def bench_training(config: RunConfig, *, steps: int | None = None, suggest: bool
         config: Configuration returned by :func:`frobs_train.resolve_config`.
         steps: Number of environment steps to measure, rounded up to whole iterations. By default, the measurement takes
             at least four seconds and at least two iterations.
-        suggest: Whether to measure alternative settings as well, which takes a few more seconds.
+        suggest: Whether to measure alternative settings as well, which takes a few more seconds. There are no suggestions
+            for several simulators.
 
     Raises:
         UnknownNameError: The environment ID or the algorithm does not exist.
@@ -74,7 +75,7 @@ def bench_training(config: RunConfig, *, steps: int | None = None, suggest: bool
     return TrainingBenchResult(
         id=config.environment,
         algorithm=config.algorithm,
-        num_envs=config.num_envs,
+        num_envs=config.total_envs,
         steps=measured.steps,
         steps_per_second=1.0 / measured.per_step(),
         parts={part: 1_000 * measured.per_step(part) for part in measured.parts},
@@ -83,6 +84,6 @@ def bench_training(config: RunConfig, *, steps: int | None = None, suggest: bool
         checkpoints=checkpoints,
         total_steps=config.steps,
         total_seconds=config.steps * measured.per_step() + checkpoints * measured.checkpoint_seconds,
-        suggestions=advise(config, measured) if suggest else {},
+        suggestions=advise(config, measured) if suggest and isinstance(config.num_envs, int) else {},
         machine=machine(),
     )

@@ -63,12 +63,12 @@ def time_steps(config: RunConfig, num_envs: int, threads: int | None = None) -> 
 def _advise_num_envs(config: RunConfig, measured: MeasuredTraining) -> str | None:
     rates = _measure_sizes(config)
     size = choose_num_envs(rates)
-    speedup = rates[size] / rates[config.num_envs]
-    if size == config.num_envs or _speedup_of_run(measured, SIMULATION, speedup) < _WORTHWHILE:
+    speedup = rates[size] / rates[config.total_envs]
+    if size == config.total_envs or _speedup_of_run(measured, SIMULATION, speedup) < _WORTHWHILE:
         return None
     return (
-        f"With num_envs={size} instead of {config.num_envs}, the environments run at {rates[size]:,.0f} instead of "
-        f"{rates[config.num_envs]:,.0f} steps per second, so the training run would take "
+        f"With num_envs={size} instead of {config.total_envs}, the environments run at {rates[size]:,.0f} instead of "
+        f"{rates[config.total_envs]:,.0f} steps per second, so the training run would take "
         f"{_instead(config, measured, SIMULATION, speedup)}. {_CHANGES_LEARNING}"
     )
 
@@ -76,11 +76,11 @@ def _advise_num_envs(config: RunConfig, measured: MeasuredTraining) -> str | Non
 def _measure_sizes(config: RunConfig) -> dict[int, float]:
     """Return the environment steps per second for several values of ``num_envs``, including the configured value."""
     begin = perf_counter()
-    rates = {config.num_envs: config.num_envs / time_steps(config, config.num_envs)}
+    rates = {config.total_envs: config.total_envs / time_steps(config, config.total_envs)}
     cost = perf_counter() - begin
-    last = config.num_envs
+    last = config.total_envs
     for size in _SIZES:
-        if size == config.num_envs:
+        if size == config.total_envs:
             continue
         if perf_counter() - begin + cost * max(1.0, size / last) > _SIZES_SECONDS:
             break
@@ -97,11 +97,11 @@ def _advise_simulator_threads(config: RunConfig, measured: MeasuredTraining) -> 
     decided = decide_threads(config)
     if decided.simulator is None:
         return None
-    others = {1, min(decided.processors, config.num_envs)} - {decided.simulator}
+    others = {1, min(decided.processors, config.total_envs)} - {decided.simulator}
     if not others:
         return None
-    before = time_steps(config, config.num_envs)
-    times = {threads: time_steps(config, config.num_envs, threads) for threads in others}
+    before = time_steps(config, config.total_envs)
+    times = {threads: time_steps(config, config.total_envs, threads) for threads in others}
     return _advise_threads(config, measured, SIMULATION, decided.simulator, before, times)
 
 
@@ -148,7 +148,7 @@ def _advise_gradient_steps(config: RunConfig, measured: MeasuredTraining) -> str
     rounds = len(measured.calls[UPDATES])
     per_round = configured if configured > 0 else measured.steps // rounds  # -1: one per environment step
     gradient_step = measured.parts[UPDATES] / (rounds * per_round)
-    vector_steps = measured.steps / config.num_envs
+    vector_steps = measured.steps / config.total_envs
     affordable = measured.parts[SIMULATION] / vector_steps / gradient_step
     scaling = (
         f"A gradient step takes {_milliseconds(gradient_step)}. There are "

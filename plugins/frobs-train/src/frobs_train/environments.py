@@ -58,7 +58,10 @@ class EnvironmentRecipe:
 
 
 def make_vector_env(
-    environment: str, num_envs: int, kwargs: Mapping[str, Any], wrappers: Sequence[ComponentConfig] = ()
+    environment: str,
+    num_envs: int | Mapping[str, int],
+    kwargs: Mapping[str, Any],
+    wrappers: Sequence[ComponentConfig] = (),
 ) -> gym.vector.VectorEnv[Any, Any, Any]:
     """Make a vector environment with same-step autoreset.
 
@@ -69,16 +72,26 @@ def make_vector_env(
 
     Args:
         environment: Gymnasium ID.
-        num_envs: ≥ 1.
+        num_envs: Number of environments ≥ 1, or the number on each simulator by its name, which only environments of
+            FRobs support, without wrappers for single environments.
         kwargs: Keywords of the environment.
         wrappers: Wrappers, innermost first.
+
+    Raises:
+        ParameterValueError: ``num_envs`` is not such a number or mapping.
+        ComponentError: A wrapper is for single environments, but ``num_envs`` names simulators.
+        EnvironmentBuildError: The environment raised an exception.
     """
-    check_num_envs(num_envs)
+    if not isinstance(num_envs, Mapping):
+        check_num_envs(num_envs)
     spec = find_spec(environment)
     loaded = [(load_wrapper(component), component) for component in wrappers]
     single = [item for item in loaded if issubclass(item[0], gym.Wrapper)]
     with _build_errors(environment, kwargs):
-        env = _make_vec(spec, num_envs, kwargs, single)
+        if isinstance(num_envs, Mapping):
+            env = _make_mixed(spec, num_envs, kwargs, single)
+        else:
+            env = _make_vec(spec, num_envs, kwargs, single)
     try:
         for cls, component in loaded:
             if issubclass(cls, gym.vector.VectorWrapper):
@@ -87,6 +100,26 @@ def make_vector_env(
         env.close()
         raise
     return env
+
+
+def _make_mixed(
+    spec: gym.envs.registration.EnvSpec,
+    num_envs: Mapping[str, int],
+    kwargs: Mapping[str, Any],
+    wrappers: Sequence[tuple[type[Any], ComponentConfig]],
+) -> gym.vector.VectorEnv[Any, Any, Any]:
+    if _keywords(spec.id, kwargs) is None or spec.additional_wrappers:
+        raise ParameterValueError(
+            "num_envs", dict(num_envs), f"a number, because '{spec.id}' is not an environment of FRobs"
+        )
+    for _, component in wrappers:
+        raise ComponentError(
+            "wrapper",
+            component.name,
+            "wraps a single environment, which several simulators do not support; rewrite it as a "
+            "gymnasium.vector.VectorWrapper.",
+        )
+    return gym.make_vec(spec, num_envs, vectorization_mode="vector_entry_point", **kwargs)  # type: ignore[arg-type]
 
 
 def _make_vec(

@@ -86,7 +86,7 @@ def summarize(
     threads = config.threads.simulator or 1
     return ScalingPoint(
         sweep=sweep,
-        num_envs=config.num_envs,
+        num_envs=config.total_envs,
         threads=threads,
         processes=len(results),
         nodes=nodes,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from frobs_cli.field_options import option
 from frobs_cli.formats import duration, number, percent
-from frobs_cli.options import Attach, Controller, EnvId, Gripper, Json, NumEnvs, Robot, Seed, Simulator, Tcp
+from frobs_cli.options import Attach, Controller, EnvId, Gripper, Json, Robot, Seed, Simulator, Tcp
 from frobs_cli.output import only_json, print_json, print_line, print_note, print_table, print_title
 from frobs_core.util.errors import ConflictingOptionsError
 from frobs_train.cli.jobs_progress import collect_outcomes, short_path
@@ -31,6 +31,8 @@ class RunFlags:
     Attributes:
         algorithm: Training algorithm: a name from 'frobs list algorithms'.
         base: How the robot's root link can move: fixed, floating or wheeled.
+        num_envs: Number of environments to simulate in parallel, or the number on each of several simulators, such as
+            mujoco=48,pybullet=16.
         object: Object to manipulate, for tasks such as PickAndPlace: an STL, OBJ, COLLADA or URDF file, in meters.
         object_mass: Mass of the object of --object, in kg.
         object_scale: Factor for the lengths of the object of --object: 0.001 if it is in millimeters.
@@ -45,7 +47,7 @@ class RunFlags:
     base: str | None = option(None, metavar="KIND", show_default="the robot's base")
     simulator: Simulator = None
     controller: Controller = None
-    num_envs: NumEnvs = None
+    num_envs: str | None = option(None, metavar="N | SIMULATOR=N,…")
     object: str | None = option(None, metavar="FILE", show_default="the task's object")
     object_mass: float | None = option(None, metavar="KG", show_default="from the object's volume")
     object_scale: float | None = option(None, metavar="S", show_default="1")

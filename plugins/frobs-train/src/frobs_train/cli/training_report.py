@@ -148,7 +148,9 @@ def describe_training(config: RunConfig, begun: str, where: str) -> str:
     from frobs_train import decide_threads
 
     seed = "a random seed" if config.seed is None else f"seed {config.seed}"
-    environments = "1 environment" if config.num_envs == 1 else f"{config.num_envs:,} environments"
+    environments = "1 environment" if config.total_envs == 1 else f"{config.total_envs:,} environments"
+    if isinstance(config.num_envs, dict):
+        environments += f" ({', '.join(f'{count:,} on {name}' for name, count in config.num_envs.items())})"
     return (
         f"{begun} {config.environment} with {config.algorithm}: {config.steps:,} steps, {environments}, {seed}, "
         f"{decide_threads(config)} → {where}"

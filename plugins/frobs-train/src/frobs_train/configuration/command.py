@@ -7,7 +7,7 @@ from typing import Any
 
 from frobs_core.util.errors import FrobsError
 from frobs_train.configuration.config import RunConfig, differences
-from frobs_train.configuration.resolve import resolve_config, write_setting
+from frobs_train.configuration.resolve import resolve_config, write_num_envs, write_setting
 
 _OF_THE_ENVIRONMENT = ("robot", "attach", "tcp", "base", "simulator", "controller", "object")
 _FLAGS = ("num_envs", "steps")
@@ -33,7 +33,8 @@ def training_command(config: RunConfig) -> str | None:
         for name in _FLAGS:
             if getattr(config, name) != getattr(usual, name):
                 flags[name] = getattr(config, name)
-                words += [f"--{name.replace('_', '-')}", str(flags[name])]
+                text = write_num_envs(flags[name]) if name == "num_envs" else str(flags[name])
+                words += [f"--{name.replace('_', '-')}", text]
         usual = resolve_config(config.environment, flags=flags)
         changes = differences(usual.model_dump(), config.model_dump())
         settings = [write_setting(key, value) for key, _, value in changes]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated, Any, Literal, Self, TypeAlias, cast
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, field_validator, model_validator
 
 from frobs_core.plugins import get_record
 from frobs_core.plugins.records import AlgorithmRecord
@@ -63,6 +63,14 @@ class ResetFromConfig(BaseModel):
     states: Annotated[int, Field(ge=2, le=1000)] = 25
 
 
+NumEnvs: TypeAlias = Annotated[
+    Annotated[Annotated[int, Field(ge=1)], Tag("number")]
+    | Annotated[dict[str, Annotated[int, Field(ge=1)]], Tag("simulators")],
+    Discriminator(lambda value: "simulators" if isinstance(value, Mapping) else "number"),
+]
+"""Number of environments, or the number for each simulator."""
+
+
 class RunConfig(BaseModel):
     """Complete configuration of a training run.
 
@@ -75,7 +83,9 @@ class RunConfig(BaseModel):
         stagger: Whether to end the first episodes at random times, so that the environments do not stay in step.
         algorithm: Name of the algorithm.
         algorithm_config: Settings of the algorithm.
-        num_envs: Number of environments in the vector environment.
+        num_envs: Number of environments in the vector environment, or a mapping from simulators to numbers, such as
+            ``{"mujoco": 48, "pybullet": 16}``, to train on several simulators. Evaluations, and everything else that
+            needs a single simulator, then use ``environment_kwargs.simulator``, which defaults to the first of them.
         steps: Total number of environment steps, summed over all environments.
         seed: Seed of all random numbers, or None to draw a new seed for each run.
         log_every: Minimum number of environment steps between rows of the log. Defaults to ``steps // 500``.
@@ -102,7 +112,7 @@ class RunConfig(BaseModel):
     stagger: bool = False
     algorithm: str = "ppo"
     algorithm_config: dict[str, Any] = Field(default_factory=dict)
-    num_envs: Annotated[int, Field(ge=1)] = 8
+    num_envs: NumEnvs = 8
     steps: Annotated[int, Field(ge=1)] = 100_000
     seed: Annotated[int, Field(ge=0)] | None = None
     log_every: Annotated[int, Field(ge=1)] | None = None
@@ -121,6 +131,26 @@ class RunConfig(BaseModel):
     @classmethod
     def _accept_an_empty_section(cls, value: Any) -> Any:
         return {} if value is None else value
+
+    @model_validator(mode="after")
+    def _choose_the_simulator(self) -> Self:
+        if isinstance(self.num_envs, dict):
+            if not self.num_envs:
+                raise ValueError("num_envs is {}; it must be a number, or name at least one simulator")
+            chosen = self.environment_kwargs.setdefault("simulator", next(iter(self.num_envs)))
+            if chosen not in self.num_envs:
+                raise ValueError(f"environment_kwargs.simulator is '{chosen}', which is not a simulator of num_envs")
+        return self
+
+    @property
+    def total_envs(self) -> int:
+        """Number of environments, summed over all simulators."""
+        return sum(self.num_envs.values()) if isinstance(self.num_envs, dict) else self.num_envs
+
+    @property
+    def simulators(self) -> tuple[str | None, ...]:
+        """Simulators of the training environments, or None for the simulator of ``environment_kwargs`` or of the ID."""
+        return tuple(self.num_envs) if isinstance(self.num_envs, dict) else (None,)
 
     def keywords(
         self, *, simulator: str | None = None, randomize: bool | Mapping[str, Any] | None = None

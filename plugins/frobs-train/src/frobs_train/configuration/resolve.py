@@ -51,7 +51,8 @@ def resolve_config(
         file: YAML file with the keys of :class:`RunConfig`.
         flags: Mapping from keys of :class:`RunConfig` to values. The keys ``robot``, ``tcp``, ``gripper``, ``attach``,
             ``base``, ``simulator``, ``controller``, ``object``, ``object_mass`` and ``object_scale`` of
-            ``environment_kwargs`` are also accepted. Values of None are ignored.
+            ``environment_kwargs`` are also accepted, and ``num_envs`` as a text such as ``"mujoco=48,pybullet=16"``.
+            Values of None are ignored.
         settings: Assignments of YAML values to dotted keys, such as ``"algorithm_config.n_steps=16"``.
         check_parts: Whether to check the environment's parts first, because an algorithm's library is slow to import.
 
@@ -72,6 +73,8 @@ def resolve_config(
     from_file, translated = ConfigMapping(), False
     if file is not None:
         from_file, translated = read_config_file(file, merge(from_flags, from_settings).get("algorithm"))
+    if isinstance(from_flags.get("num_envs"), Mapping):  # it replaces the simulators of the file
+        from_file.pop("num_envs", None)
     chosen = merge({"environment": "", "algorithm": "ppo"}, from_file, from_flags, from_settings)
     record = algorithm_record(str(chosen["algorithm"]))
     tuned = ConfigMapping() if translated else _tuned(record, str(chosen["environment"]))
@@ -82,7 +85,8 @@ def resolve_config(
     kwargs = with_fixed_keywords(config.environment, config.environment_kwargs)
     config = config.model_copy(update={"environment_kwargs": kwargs})
     if check_parts:
-        check_environment(config.environment, config.keywords())  # before the algorithm's library is imported
+        for simulator in config.simulators:  # before the algorithm's library is imported
+            check_environment(config.environment, config.keywords(simulator=simulator))
     own = _with_threads(merged.get("algorithm_config", {}), config.threads.torch)
     return config.model_copy(update={"algorithm_config": resolve_algorithm_config(record, own)})
 
@@ -146,6 +150,8 @@ def _from_flags(environment: str | None, flags: Mapping[str, Any]) -> dict[str, 
     given = {key: value for key, value in flags.items() if value is not None}
     if environment is not None:
         given["environment"] = environment
+    if isinstance(given.get("num_envs"), str):
+        given["num_envs"] = read_num_envs(given["num_envs"])
     given = absolute_files(given)  # the configuration must not depend on the working directory
     if given.get("gripper"):
         given["gripper"] = {"joints": given["gripper"].split(",")}  # so that it can be merged with other settings
@@ -153,6 +159,30 @@ def _from_flags(environment: str | None, flags: Mapping[str, Any]) -> dict[str, 
         if name in given:
             given["environment_kwargs"] = {**given.get("environment_kwargs", {}), name: given.pop(name)}
     return given
+
+
+def read_num_envs(text: str) -> int | dict[str, int]:
+    """Parse a number of environments, or the number on each simulator, such as ``"mujoco=48,pybullet=16"``.
+
+    Raises:
+        CommandLineError: The text has another form.
+    """
+    if re.fullmatch(r"[0-9]+", text):
+        return int(text)
+    pairs = re.findall(r"([^=,]+)=([0-9]+)(?:,|$)", text)
+    if ",".join(f"{name}={count}" for name, count in pairs) != text or len(dict(pairs)) < len(pairs):
+        raise CommandLineError(
+            "--num-envs",
+            f"'{text:.80}' is neither a whole number nor a number for each simulator, such as mujoco=48,pybullet=16.",
+        )
+    return {name: int(count) for name, count in pairs}
+
+
+def write_num_envs(num_envs: int | Mapping[str, int]) -> str:
+    """Return a number of environments in the form that :func:`read_num_envs` and ``--num-envs`` accept."""
+    if isinstance(num_envs, Mapping):
+        return ",".join(f"{name}={count}" for name, count in num_envs.items())
+    return str(num_envs)
 
 
 def read_setting(setting: str) -> dict[str, Any]:

@@ -33,7 +33,7 @@ def why_not_exact(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) -
         how = ", stepped one by one," if hasattr(env.unwrapped, "envs") else ""
         return f"{config.environment}{how} does not support snapshots, so the resumed run begins new episodes"
     if _level(config) is not Level.EXACT:
-        return f"the simulator of {config.environment} restores its state only approximately"
+        return f"a simulator of {config.environment} restores its state only approximately"
     saving = saving_wrappers(env)
     silent = [
         type(wrapper).__name__
@@ -47,11 +47,10 @@ def why_not_exact(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) -
 
 
 def _level(config: RunConfig) -> Level:
-    """Return how exactly the simulator restores its state. Environments of other packages are assumed to be exact."""
+    """Return how exactly the simulators restore their state. Environments of other packages are assumed to be exact."""
     known = registry.environments().get(config.environment.removeprefix("frobs_core:"))
     if known is None:
         return Level.EXACT
-    simulator = config.environment_kwargs.get("simulator", known[1].simulator)
-    record: Any = plugins.get_record("simulator", simulator)
-    level: Level = record.capabilities.get("snapshot", Level.UNSUPPORTED)
-    return level
+    chosen = config.environment_kwargs.get("simulator", known[1].simulator)
+    records: list[Any] = [plugins.get_record("simulator", name or chosen) for name in config.simulators]
+    return min(record.capabilities.get("snapshot", Level.UNSUPPORTED) for record in records)

@@ -110,7 +110,8 @@ def changed_config(run: Run, steps: int | None = None, settings: Sequence[str] =
     config = check_config(merged)
     check_change(written, config, "--set")
     if settings:
-        check_environment(config.environment, config.keywords())
+        for simulator in config.simulators:
+            check_environment(config.environment, config.keywords(simulator=simulator))
     return config
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from frobs_core import load_policy
+from frobs_core.kernel.mixed_vector_env import MixedVectorEnv
 from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.util.arrays import Floats, Mask, rows_of, widened
 from frobs_core.util.errors import ConfigurationError, RunError
@@ -36,37 +37,88 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
 
     ``final_info`` contains ``frobs/from_path``, (num_envs,) bool: whether the finished episode began on the path.
 
+    On several simulators, each has its own path and its own front.
+
     The constructor raises RunError if the environment is not a native vector environment with same-step autoreset and a
     time limit, its task has no expert, or the expert does not support the controllers or never succeeds.
     """
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: ResetFromConfig, seed: int) -> None:
         super().__init__(env)
-        base = env.unwrapped
-        if not isinstance(base, RobotVectorEnv) or base.max_episode_steps == np.inf:
+        base: Any = env.unwrapped
+        if not isinstance(base, RobotVectorEnv | MixedVectorEnv) or base.max_episode_steps == np.inf:
             raise RunError(f"reset_from needs a native vector environment of FRobs with a time limit; {_WITHOUT}.")
-        self._base, self._config = base, config
-        self._path, self._rows = _expert_path(base, config.states, seed)
-        self.front = config.states - 1
-        self._state = np.full(base.num_envs, -1)  # start state of each episode, or -1 if the start is not on the path
-        self._episodes = self._successes = 0  # numbers of finished and successful episodes that began at the front
-        base.after_reset.append(self._begin)
+        parts = base.parts.values() if isinstance(base, MixedVectorEnv) else [base]
+        firsts = np.cumsum([0, *(part.num_envs for part in parts)])
+        self.curricula = [
+            _Curriculum(part, config, seed + int(first)) for part, first in zip(parts, firsts, strict=False)
+        ]
+        self._ends = firsts[1:-1]
+
+    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        """Step the environments, and count the successes of episodes that began at the front."""
+        began = [each.state.copy() for each in self.curricula]
+        observation, rewards, terminated, truncated, info = self.env.step(actions)
+        done = terminated | truncated
+        if done.any():
+            final = info["final_info"]
+            final[FROM_PATH] = np.concatenate(began) >= 0
+            successes, ended = (np.split(array, self._ends) for array in (final["is_success"], done))
+            for curriculum, state, succeeded, over in zip(self.curricula, began, successes, ended, strict=True):
+                curriculum.count(succeeded[over & (state == curriculum.front)])
+        return observation, rewards, terminated, truncated, info
+
+    def metrics(self) -> dict[str, float]:
+        """Return the position of the front on the path for the log, as a fraction in [0, 1]: the simulators' mean."""
+        return {"curriculum/front": float(np.mean([each.front / each.last for each in self.curricula]))}
+
+    def snapshot(self) -> dict[str, np.ndarray[Any, Any]]:
+        """Return the state of the curriculum without the expert's path, which is reproduced from the seed."""
+        counts = np.array([[each.front, each.episodes, each.successes] for each in self.curricula])
+        return {"state": np.concatenate([each.state for each in self.curricula]), "counts": counts.ravel()}
+
+    def restore(self, snapshot: Mapping[str, np.ndarray[Any, Any]]) -> None:
+        """Restore a snapshot."""
+        counts, states = snapshot["counts"].reshape(-1, 3).tolist(), np.split(snapshot["state"], self._ends)
+        for each, state, numbers in zip(self.curricula, states, counts, strict=True):
+            each.state[:] = state
+            each.front, each.episodes, each.successes = numbers
+
+
+class _Curriculum:
+    """Curriculum of the environments on one simulator. For the arguments and errors, see :class:`ReverseCurriculum`.
+
+    Attributes:
+        front: Index of the earliest state in which an episode may begin, where 0 is the start of the path.
+        last: Index of the end of the path.
+        state: Index of the state in which each running episode began, (num_envs,), or −1 if it did not begin on the path.
+        episodes: Number of finished episodes that began at the front.
+        successes: Number of successful ones.
+    """
+
+    def __init__(self, env: RobotVectorEnv, config: ResetFromConfig, seed: int) -> None:
+        self._env, self._config = env, config
+        self._path, self._rows = _expert_path(env, config.states, seed)
+        self.front = self.last = config.states - 1
+        self.state = np.full(env.num_envs, -1)
+        self.episodes = self.successes = 0
+        env.after_reset.append(self._begin)
 
     def _begin(self, mask: Mask | None) -> None:
         """Move some of the environments selected by ``mask`` to states on the path."""
-        rows, rng, last = rows_of(mask), self._base.step_context.rng, self._config.states - 1
+        rows, rng, num_envs = rows_of(mask), self._env.step_context.rng, self._env.num_envs
         drawn = rng.uniform("reset_from", shape=(4,), mask=mask)
         on_path = drawn[:, 0] < self._probability()
         at_front, behind, episode = drawn[on_path, 1:].T
-        state = np.where(at_front < _AT_FRONT, self.front, self.front + _floor(behind * (last + 1 - self.front)))
+        state = np.where(at_front < _AT_FRONT, self.front, self.front + _floor(behind * (self.last + 1 - self.front)))
         begun = np.full(len(drawn), -1)
         begun[on_path] = state
-        self._state[rows] = begun
-        chosen = np.zeros(self.num_envs, np.bool_)
+        self.state[rows] = begun
+        chosen = np.zeros(num_envs, np.bool_)
         chosen[rows] = on_path
         if on_path.any():
-            places = state * self.num_envs + self._rows[_floor(episode * len(self._rows))]
-            self._base.restore_rows(chosen, self._path, places)
+            places = state * num_envs + self._rows[_floor(episode * len(self._rows))]
+            self._env.restore_rows(chosen, self._path, places)
 
     def _probability(self) -> float:
         """Return the probability that an episode begins on the path.
@@ -78,38 +130,14 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         length = 1.0 - mean / states  # mean length of an episode from the path, relative to the other episodes
         return share / (share + (1.0 - share) * length)
 
-    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """Step the environments, and count the successes of episodes that began at the front."""
-        began = self._state.copy()
-        observation, rewards, terminated, truncated, info = self.env.step(actions)
-        done = terminated | truncated
-        if done.any():
-            final = info["final_info"]
-            final[FROM_PATH] = began >= 0
-            self._count(final["is_success"][done & (began == self.front)])
-        return observation, rewards, terminated, truncated, info
-
-    def _count(self, successes: np.ndarray[Any, Any]) -> None:
-        self._episodes += len(successes)
-        self._successes += int(successes.sum())
-        if self._episodes >= _EPISODES:
-            if self._successes >= self._config.success * self._episodes:
+    def count(self, successes: np.ndarray[Any, Any]) -> None:
+        """Count finished episodes that began at the front, given whether each succeeded, and move the front."""
+        self.episodes += len(successes)
+        self.successes += int(successes.sum())
+        if self.episodes >= _EPISODES:
+            if self.successes >= self._config.success * self.episodes:
                 self.front = max(0, self.front - 1)
-            self._episodes = self._successes = 0
-
-    def metrics(self) -> dict[str, float]:
-        """Return the position of the front on the path for the log, as a fraction in [0, 1]."""
-        return {"curriculum/front": self.front / (self._config.states - 1)}
-
-    def snapshot(self) -> dict[str, np.ndarray[Any, Any]]:
-        """Return the state of the curriculum without the expert's path, which is reproduced from the seed."""
-        counts = np.array([self.front, self._episodes, self._successes])
-        return {"state": self._state.copy(), "counts": counts}
-
-    def restore(self, snapshot: Mapping[str, np.ndarray[Any, Any]]) -> None:
-        """Restore a snapshot."""
-        self._state[:] = snapshot["state"]
-        self.front, self._episodes, self._successes = snapshot["counts"].tolist()
+            self.episodes = self.successes = 0
 
 
 def _floor(values: Floats) -> npt.NDArray[np.int64]:

@@ -46,6 +46,8 @@ def training_recipe(config: RunConfig) -> EnvironmentRecipe:
     if config.stagger:
         keywords["stagger"] = True
     obstacle = "" if config.reset_from is None else "reset_from sets initial states only within one process"
+    if isinstance(config.num_envs, dict):
+        obstacle = "num_envs runs several simulators, which only one process can do"
     return EnvironmentRecipe(config.environment, keywords, tuple(config.wrappers), obstacle)
 
 
@@ -75,7 +77,8 @@ def check_action_space(record: AlgorithmRecord, environment: str, space: gym.Spa
 
 def check_environment(config: RunConfig) -> None:
     """Raise an error if the environment cannot be made, or if the algorithm does not support its action space."""
-    env = make_training_env(config.model_copy(update={"num_envs": 1}))
+    one = dict.fromkeys(config.num_envs, 1) if isinstance(config.num_envs, dict) else 1
+    env = make_training_env(config.model_copy(update={"num_envs": one}))
     try:
         check_action_space(algorithm_record(config.algorithm), config.environment, env.single_action_space)
     finally:

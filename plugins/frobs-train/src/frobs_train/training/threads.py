@@ -68,7 +68,7 @@ def decide_threads(config: RunConfig) -> Threads:
     simulator = None
     if config.environment.removeprefix("frobs_core:") in registry.environments():
         chosen = config.threads.simulator or config.environment_kwargs.get("num_threads") or processors
-        simulator = max(1, min(whole_number("environment_kwargs.num_threads", chosen), config.num_envs))
+        simulator = max(1, min(whole_number("environment_kwargs.num_threads", chosen), config.total_envs))
     torch = config.algorithm_config.get("torch_threads")
     return Threads(processors=processors, simulator=simulator, torch=torch)
 
