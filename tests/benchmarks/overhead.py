@@ -33,6 +33,10 @@ BUDGET = 0.97
 """Minimum ratio of FRobs's steps per second to those of stable-baselines3."""
 COLLECTIONS = ((1, 1), (32, 16))
 """Environments, and gradient steps per step of all environments: one each, and the tuned numbers."""
+MIXED = ({"mujoco": 48, "pybullet": 16}, {"mujoco": 6, "pybullet": 2})
+"""Environments on several simulators."""
+MIXED_BUDGET = 1.05
+"""Maximum ratio of the time of a step to that of the same environments on each simulator alone."""
 SUCCESS = 0.95
 """Success at which a race ends."""
 
@@ -96,6 +100,42 @@ def measure(algorithm: str, num_envs: int, gradient_steps: int, steps: int, roun
     return {"algorithm": algorithm, "num_envs": num_envs, "gradient_steps": gradient_steps, **rows, "ratio": ratio}
 
 
+def measure_mixed(num_envs: Mapping[str, int], steps: int, rounds: int) -> dict[str, Any]:
+    """Compare a step of environments on several simulators with the steps of the same environments on each of them.
+
+    Args:
+        num_envs: Number of environments on each simulator.
+        steps: Number of steps per round, which alternate between both ways.
+        rounds: Number of rounds.
+
+    Returns:
+        ``num_envs``, ``together`` and ``parts``, the median times per step [s], and ``ratio``, the median over the
+        rounds of the first divided by the second.
+    """
+    mixed = make_vector_env(ENVIRONMENT, num_envs, {})
+    parts = [make_vector_env(ENVIRONMENT, count, {"simulator": name}) for name, count in num_envs.items()]
+    times: dict[str, list[float]] = {"together": [], "parts": []}
+    try:
+        for env in (mixed, *parts):
+            env.reset(seed=0)
+            env.action_space.seed(0)
+        for _ in range(rounds):
+            for kind, envs in (("together", [mixed]), ("parts", parts)):
+                taken = 0.0
+                for _ in range(steps):
+                    for env in envs:
+                        actions = env.action_space.sample()
+                        start = perf_counter()
+                        env.step(actions)
+                        taken += perf_counter() - start
+                times[kind].append(taken / steps)
+    finally:
+        for env in (mixed, *parts):
+            env.close()
+    ratio = median(ours / alone for ours, alone in zip(times["together"], times["parts"], strict=True))
+    return {"num_envs": dict(num_envs), **{kind: median(seen) for kind, seen in times.items()}, "ratio": ratio}
+
+
 def race(num_envs: int, gradient_steps: int, seed: int, steps: int | None = None) -> dict[str, Any]:
     """Train SAC with tool actions until the policy is good, evaluated at every 2,000 steps on 100 new goals.
 
@@ -123,12 +163,17 @@ def race(num_envs: int, gradient_steps: int, seed: int, steps: int | None = None
     return {"num_envs": num_envs, "gradient_steps": gradient_steps, "steps": steps, "seconds": seconds}
 
 
-def report(overheads: Sequence[Mapping[str, Any]], races: Sequence[Sequence[Mapping[str, Any]]]) -> str:
+def report(
+    overheads: Sequence[Mapping[str, Any]],
+    races: Sequence[Sequence[Mapping[str, Any]]],
+    mixed: Sequence[Mapping[str, Any]] = (),
+) -> str:
     """Return the page.
 
     Args:
         overheads: Results of :func:`measure`.
         races: Results of :func:`race`: one row per way to collect, with one entry per seed.
+        mixed: Results of :func:`measure_mixed`.
     """
     lines = [
         "# Benchmarks: overhead of training",
@@ -164,6 +209,21 @@ def report(overheads: Sequence[Mapping[str, Any]], races: Sequence[Sequence[Mapp
             f"| {found[0]['num_envs']} | {found[0]['gradient_steps']} | {len(found)} | "
             f"{median(row['steps'] for row in found):,.0f} | {median(row['seconds'] for row in found):.0f} |"
         )
+    lines += [
+        "",
+        "## Several simulators",
+        "",
+        f"Time of a step of `{ENVIRONMENT}` with environments on several simulators, and of the same environments on each "
+        f"simulator alone, added up. Both alternate. The goal is a median ratio of at most {MIXED_BUDGET:g}.",
+        "",
+        "| environments | together | added up | ratio |",
+        "|---|---:|---:|---:|",
+    ]
+    for row in mixed:
+        counts = ", ".join(f"{count} on {name}" for name, count in row["num_envs"].items())
+        missed = "" if row["ratio"] <= MIXED_BUDGET else " (missed)"
+        times = f"{1e3 * row['together']:.2f} ms | {1e3 * row['parts']:.2f} ms"
+        lines.append(f"| {counts} | {times} | {row['ratio']:.3f}{missed} |")
     return "\n".join(lines) + "\n"
 
 
@@ -173,13 +233,18 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=6_000, help="training steps per run in the first table")
     parser.add_argument("--rounds", type=int, default=5, help="training runs with and without the framework")
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2], help="seeds of the second table")
+    parser.add_argument("--mixed", action="store_true", help="print only the measurement of several simulators")
     given = parser.parse_args()
+    mixed = [measure_mixed(num_envs, 100, 2 * given.rounds) for num_envs in MIXED]
+    if given.mixed:
+        sys.stdout.write("\n".join(map(str, mixed)) + "\n")
+        return
     overheads = [
         measure(*case, given.steps, given.rounds)
         for case in (("sac", 1, 1), ("td3", 1, 1), ("td3", 1, 0), ("sac", 32, 16))
     ]
     races = [[race(*collection, seed) for seed in given.seeds] for collection in COLLECTIONS]
-    PAGE.write_text(report(overheads, races), "utf-8")
+    PAGE.write_text(report(overheads, races, mixed), "utf-8")
 
 
 if __name__ == "__main__":
