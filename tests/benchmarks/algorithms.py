@@ -22,6 +22,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parent))
 
 from common import ROOT
+from fingerprints import footnotes, mark
 from tasks import (
     EPISODES,
     LOCAL,
@@ -86,10 +87,16 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], episodes: int) -> s
         success = [row["mujoco"]["success_rate"] for row in found]
         worst = f"{min(success):.1%}" + ("" if min(success) >= SUCCESS else " (missed)")
         lines.append(
-            f"| `{case.algorithm}` | `{case.id}` | `{case.controller or 'joint_delta_position'}` | {len(found)} | "
+            f"| {f'`{case.algorithm}` {mark(found, case.fingerprint)}'.rstrip()} | `{case.id}` | `{case.controller or 'joint_delta_position'}` | {len(found)} | "
             f"{found[0]['steps']:,} | {median(row['seconds'] for row in found):.0f} s | {worst} | {median(success):.1%} | "
             f"{max(success):.1%} |"
         )
+    lines += footnotes(
+        {
+            f"`{case.algorithm}` on `{case.id}` {case.controller}".rstrip(): (found, case.fingerprint)
+            for case, found in rows.items()
+        }
+    )
     missing = [
         f"`{case.algorithm}` on `{case.id}` ({case.controller or 'joint_delta_position'})"
         for case in CASES

@@ -31,6 +31,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from common import current_commit, is_shared  # noqa: E402
 from corpus import files  # noqa: E402 - where the packages keep them
+from fingerprints import add_fingerprints, defining_files, fingerprint, footnotes, mark  # noqa: E402
 
 from frobs_train import evaluate, resolve_config, train  # noqa: E402
 
@@ -80,13 +81,14 @@ def measure(
 
     Returns:
         ``controller``, ``arm``, ``steps``, ``seconds`` of processor time of the training run, ``shared`` (whether other
-        programs slowed it), ``success_rate``, ``success_interval`` and ``commit``.
+        programs slowed it), ``success_rate``, ``success_interval``, ``commit`` and ``files`` (the
+        fingerprint of what defines it).
     """
     if (known := recorded(controller, arm, record)) is not None:
         return known
     file, keywords = ARMS[arm]
     flags = {"controller": controller, "robot": str(files()[file]), "seed": 0, "steps": steps}
-    commit = current_commit()
+    commit, defined_by = current_commit(), fingerprint(ID, "ppo", controller)
     with tempfile.TemporaryDirectory() as folder:
         start = process_time()
         run = train(resolve_config(ID, flags=flags, settings=_settings(keywords)), Path(folder) / "run")
@@ -102,6 +104,7 @@ def measure(
         "success_rate": found.success_rate,
         "success_interval": found.success_interval,
         "commit": commit,
+        "files": defined_by,
     }
     _write([*_read(record), row], record)  # read again, because another process may have added a row
     return row
@@ -133,13 +136,18 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
         "| arm | controller | steps | processor time | success | 95 % interval | commit |",
         "|---|---|---:|---:|---:|---|---|",
     ]
+    current = {controller: fingerprint(ID, "ppo", controller) for controller in WANTED}
     for row in rows:
         low, high = row["success_interval"]
         missed = " (missed)" if row["success_rate"] < WANTED[row["controller"]] else ""
         lines.append(
-            f"| {row['arm']} | `{row['controller']}` | {row['steps']:,} | {row['seconds'] / 60:.1f} min | "
+            f"| {row['arm']} {mark([row], current[row['controller']])}".rstrip()
+            + f" | `{row['controller']}` | {row['steps']:,} | {row['seconds'] / 60:.1f} min | "
             f"{row['success_rate']:.1%}{missed} | {low:.1%} to {high:.1%} | {row['commit']} |"
         )
+    lines += footnotes(
+        {f"{row['arm']} with `{row['controller']}`": ([row], current[row["controller"]]) for row in rows}
+    )
     measured = {(row["arm"], row["controller"]) for row in rows}
     if missing := [f"{arm} with `{name}`" for arm in ARMS for name in WANTED if (arm, name) not in measured]:
         lines += ["", f"Not measured yet: {', '.join(missing)}."]
@@ -175,7 +183,15 @@ def main() -> None:
     parser.add_argument("--episodes", type=int, default=1000, help="evaluation episodes per arm")
     parser.add_argument("--fresh", action="store_true", help="discard existing results")
     parser.add_argument("--kept", action="store_true", help="write the page from existing results without training")
+    parser.add_argument(
+        "--fingerprints",
+        action="store_true",
+        help="only add fingerprints to results that have none, from their commits",
+    )
     given = parser.parse_args()
+    if given.fingerprints:
+        add_fingerprints(RECORD, lambda row: defining_files(ID, "ppo", row["controller"]))
+        return
     chosen = [(controller, arm) for arm in given.only or ARMS for controller in given.controllers]
     if given.fresh:
         _write([row for row in _read(RECORD) if (row["controller"], row["arm"]) not in chosen], RECORD)

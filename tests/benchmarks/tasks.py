@@ -12,7 +12,8 @@ interrupted measurement continues where it stopped, also on another machine::
     python tests/benchmarks/tasks.py --runner ray
 
 With ``--runner``, all seeds are trained and evaluated as jobs in parallel. Their times do not count toward the target.
-Each row contains the commit of its measurement. ``--fresh`` discards runs and results. ``--kept`` trains nothing, and
+Each row contains the commit of its measurement, and a fingerprint of the files that define it; the page marks rows
+whose files have changed since. ``--fresh`` discards runs and results. ``--kept`` trains nothing, and
 writes the page from the existing results; the page then lists missing ones.
 """
 
@@ -33,6 +34,7 @@ from typing import Any, TypeAlias, cast
 
 import yaml
 from common import ROOT, current_commit, frobs, is_shared, machine, manipulation_ids, slug
+from fingerprints import IMITATION, add_fingerprints, defining_files, fingerprint, footnotes, mark
 
 from frobs_core import plugins
 from frobs_core.contracts import GoalTask
@@ -53,8 +55,6 @@ TARGETS = Path(__file__).with_name("task_targets.yaml")
 SEEDS, EPISODES = (0, 1, 2), 1000
 MORE_SEEDS = (0, 1, 2, 3, 4)
 """Seeds of ``dagger`` in manipulation tasks that are not goal-conditioned."""
-IMITATION = ("dagger", "bc", "act")
-"""Algorithms that learn from the task's scripted expert."""
 OTHER_SIMULATOR, OTHER_EPISODES = "pybullet", 250
 """The second simulator of the evaluation, and its number of episodes. It steps one environment at a time."""
 MOST_STEPS, OTHER_MOST_STEPS = 500_000, 100_000
@@ -87,6 +87,11 @@ class Case:
     def folder(self, seed: int, kept: Path) -> Path:
         """Folder of a seed."""
         return kept / f"{self.slug}-{self.algorithm}-seed{seed}"
+
+    @property
+    def fingerprint(self) -> dict[str, str]:
+        """Hashes of the files that define the training run."""
+        return fingerprint(self.id, self.algorithm, self.controller)
 
     @property
     def seeds(self) -> tuple[int, ...]:
@@ -155,8 +160,8 @@ def measure(
 
     Returns:
         ``id``, ``algorithm``, ``seed``, ``run`` (the folder), ``steps``, ``seconds`` of training, ``in_training`` (the
-        success of its last 100 episodes), ``machine``, ``shared`` (whether other programs slowed it), ``commit``, and
-        the results of ``frobs evaluate`` under ``mujoco`` and ``pybullet`` (None: not installed).
+        success of its last 100 episodes), ``machine``, ``shared`` (whether other programs slowed it), ``commit``,
+        ``files`` (the fingerprint of what defines it), and the results of ``frobs evaluate`` under ``mujoco`` and ``pybullet`` (None: not installed).
     """
     folder = case.folder(seed, kept)
     result = folder / "result.json"
@@ -166,12 +171,12 @@ def measure(
     if done.is_file():
         trained = json.loads(done.read_text("utf-8"))
     else:
-        commit = current_commit()
+        source = {"commit": current_commit(), "files": case.fingerprint}
         budget = () if steps is None else ("--steps", steps)
         flags = ["--algorithm", case.algorithm, "--seed", seed, "--on-existing", "resume"]
         if case.controller:
             flags += ["--controller", case.controller]
-        trained = {**frobs("train", case.id, *flags, "--run-dir", run, *budget), "commit": commit}
+        trained = {**frobs("train", case.id, *flags, "--run-dir", run, *budget), **source}
         done.write_text(json.dumps(trained, indent=1), "utf-8")
     found = frobs("evaluate", run, "--episodes", evaluation_episodes(case, episodes))
     other = None
@@ -211,6 +216,7 @@ def write_row(
         "machine": machine,
         "shared": shared,
         "commit": trained["commit"],
+        **({"files": trained["files"]} if "files" in trained else {}),
         "mujoco": without_run(found),
         "pybullet": without_run(other),
     }
@@ -250,16 +256,17 @@ def measure_as_jobs(
     kept.mkdir(parents=True, exist_ok=True)
     missing = [each for each in wanted if not (each[0].folder(each[1], kept) / "result.json").is_file()]
     commit = current_commit()
-    untrained, jobs = [], []
+    untrained, jobs, sources = [], [], []
     for case, seed in missing:
         folder = case.folder(seed, kept)
         if not (folder / "trained.json").is_file():
             flags = {"algorithm": case.algorithm, "controller": case.controller or None, "seed": seed, "steps": steps}
             untrained.append(folder)
+            sources.append({"commit": commit, "files": case.fingerprint})
             jobs.append(replace(training_job(resolve_config(case.id, flags=flags), folder / "run"), name=folder.name))
 
     def keep_training(outcome: Outcome) -> None:
-        facts = {**outcome.result, "steps": int(outcome.result["steps"]), "commit": commit}
+        facts = {**outcome.result, "steps": int(outcome.result["steps"]), **sources[outcome.index]}
         (untrained[outcome.index] / "trained.json").write_text(json.dumps(plain(facts), indent=1), "utf-8")
 
     outcomes = run_jobs(runner, jobs, kept, keep_training)
@@ -361,6 +368,13 @@ def report(rows: Rows, drops: Mapping[str, str], episodes: int) -> str:
         "|---|---|---:|---:|---:|---:|---|---:|---:|---:|---:|---:|---:|---|",
     ]
     lines += [_summary(case, found, targets.get(case.id, {}), logs["runs"]) for case, found in shown.items()]
+    others = rows.keys() - shown.keys()
+    lines += footnotes(
+        {
+            f"`{case.id}`" + (f" with `{case.algorithm}`" if case in others else ""): (found, case.fingerprint)
+            for case, found in rows.items()
+        }
+    )
     lines += [
         "",
         f"{logs['about']} The *in training* column shows FRobs's success rate over the last 100 training episodes, with exploration, "
@@ -405,7 +419,7 @@ def _summary(
         wanted.append(f"≤ {100 * target['tracking_error']:.0f} cm")
         missed |= not errors or max(errors) > target["tracking_error"]
     cells = [
-        f"[`{case.id}`](#{case.id.lower().replace('/', '')})",
+        f"[`{case.id}`](#{case.id.lower().replace('/', '')}) {mark(found, case.fingerprint)}".rstrip(),
         _way(case),
         f"{len(found)}",
         f"{found[0]['steps']:,}",
@@ -443,7 +457,7 @@ def _other(case: Case, found: Sequence[Mapping[str, Any]]) -> str:
     """Return a paragraph about an algorithm that the table does not show."""
     rates = [row["mujoco"]["success_rate"] for row in found]
     return (
-        f"\nAlso measured: {_way(case)}. Success: {min(rates):.1%} to {max(rates):.1%}, median {_median_success(found):.1%}. "
+        f"\nAlso measured: {f'{_way(case)} {mark(found, case.fingerprint)}'.rstrip()}. Success: {min(rates):.1%} to {max(rates):.1%}, median {_median_success(found):.1%}. "
         f"Seeds: {len(found)}. Steps to success: {_steps_to_success(found)}. "
         f"Training: {found[0]['steps']:,} steps in {_time(max(found, key=lambda row: row['seconds']))}."
     )
@@ -501,12 +515,20 @@ def main() -> None:
     parser.add_argument("--fresh", action="store_true", help="discard existing runs and results")
     parser.add_argument("--kept", action="store_true", help="write the page from existing results")
     parser.add_argument(
+        "--fingerprints",
+        action="store_true",
+        help="only add fingerprints to existing results that have none, from the commits at which they were measured",
+    )
+    parser.add_argument(
         "--shared",
         action="store_true",
         help="other virtual machines slow this one; times do not count toward the target",
     )
     add_runner_options(parser)
     given = parser.parse_args()
+    if given.fingerprints:
+        add_fingerprints(RECORD, lambda row: defining_files(row["id"], row["algorithm"]))
+        return
     chosen = [with_algorithm(known[id], given.algorithm) for id in given.only or known]
     if untuned := [case.id for case in chosen if case not in tuned_cases()]:
         parser.error(f"--algorithm: {given.algorithm} is not tuned for {', '.join(untuned)}; choose --only")

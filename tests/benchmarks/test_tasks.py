@@ -93,7 +93,8 @@ def test_the_table_has_the_algorithm_with_the_highest_success_and_says_how_it_le
     [line] = [line for line in page.splitlines() if line.startswith(f"| [`{PUSH}`]")]
     assert "| `dagger`, from a scripted expert that sees the state | 2 |" in line
     assert (
-        "\n\nAlso measured: `sbx_ppo`. Success: 96.0% to 97.0%, median 96.5%. Seeds: 2. Steps to success: 60. " in page
+        "\n\nAlso measured: `sbx_ppo` ‡. Success: 96.0% to 97.0%, median 96.5%. Seeds: 2. Steps to success: 60. "
+        in page
     )
     assert page.count(f"\n## {PUSH}") == 1
     assert list(tasks.best_rows({**rows, rewarded: [row(0, 0.999)]})) == [rewarded]
@@ -196,4 +197,4 @@ def test_seeds_are_measured_as_jobs(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert (first["steps"], first["seed"], first["mujoco"]["episodes"]) == (2048, 3, 4)
     assert first["machine"].endswith("--runner local")
     assert second["run"] == "irb120reach-v0-ppo-seed4/run"
-    assert set(first) == set(row(0, 0.9)) | {"shared"}
+    assert set(first) == set(row(0, 0.9)) | {"shared", "files"}
