@@ -48,7 +48,8 @@ def defining_files(id: str, algorithm: str, controller: str = "") -> list[str]:
     if environment.robot:
         robot = _record("robot", environment.robot)
         found.append(_source(robot.entry_point.partition(":")[0]))
-        others = {*plugins.records("robot")} - {environment.robot}  # whose models are in the same folder
+        # Models of other robots may be in the same folder; "panda" contains "panda_arm".
+        others = [name for name in plugins.records("robot") if not name.startswith(environment.robot)]
         models = (path for path in (found[-1].parent / "models").rglob("*") if path.suffix in MODELS)
         found += [path for path in models if path.name.partition(".")[0] not in others]
     package, _, path = _record("algorithm", algorithm).tuned[id].partition(":")

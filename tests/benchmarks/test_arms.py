@@ -37,8 +37,10 @@ def test_every_arm_has_a_file_and_settings_for_each_controller() -> None:
 def test_the_page_shows_each_arm_with_both_controllers() -> None:
     rows = [row("SO-101", "tcp_delta_position", 0.9), row("SO-101", "joint_delta_position", 0.84)]
     page = arms.report(rows, episodes=1000)
-    assert "| SO-101 | `tcp_delta_position` | 150,528 | 1.5 min | 90.0% | 89.0% to 91.0% | abc1234 |" in page
-    assert "| SO-101 | `joint_delta_position` | 150,528 | 1.5 min | 84.0% (missed) | 83.0% to 85.0% | abc1234 |" in page
+    assert "| SO-101 ‡ | `tcp_delta_position` | 150,528 | 1.5 min | 90.0% | 89.0% to 91.0% | abc1234 |" in page
+    assert (
+        "| SO-101 ‡ | `joint_delta_position` | 150,528 | 1.5 min | 84.0% (missed) | 83.0% to 85.0% | abc1234 |" in page
+    )
     assert "The machine was shared" in page
     assert "The machine was shared" not in arms.report([{**rows[0], "shared": False}], episodes=1000)
     assert "Not measured yet: Franka Panda with `tcp_delta_position`, " in page

@@ -58,9 +58,7 @@ def test_a_row_is_marked_if_a_file_that_defines_it_changed(
     copied: Path, name: str, before: str, after: str, is_changed: bool
 ) -> None:
     measured = fingerprints.fingerprint(PUSH, "dagger")
-    [path] = [copied / path for path in measured if path.endswith(f"manipulation/{name}") or path.endswith(f"/{name}")][
-        :1
-    ]
+    path = copied / max(path for path in measured if path.endswith(f"/{name}"))  # not the expert's file
     text = path.read_text("utf-8")
     assert before in text
     path.write_text(text.replace(before, after, 1), "utf-8")

@@ -67,6 +67,6 @@ def resolve(command: str) -> RunConfig:
         if flag == "--set":
             settings.append(value)
         else:
-            number = flag in ("--seed", "--steps", "--num-envs")
+            number = flag in ("--seed", "--steps")
             flags[flag.removeprefix("--").replace("-", "_")] = int(value) if number else value
     return resolve_config(words[2], flags=flags, settings=settings)

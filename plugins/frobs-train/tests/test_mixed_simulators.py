@@ -14,6 +14,8 @@ from frobs_train.cli.training_report import describe_training
 from frobs_train.configuration.config import ComponentConfig
 from frobs_train.environments import make_vector_env
 from frobs_train.errors import ComponentError
+from frobs_train.export.bundle_run import open_run_or_bundle
+from frobs_train.export.export import export
 from frobs_train.training.session import make_training_env, training_recipe
 
 pytestmark = pytest.mark.needs("pybullet")
@@ -33,6 +35,9 @@ def test_a_run_is_evaluated_and_described_on_its_first_simulator(tmp_path: Path)
     run = train(wanted, tmp_path / "run")
     here, named = evaluate(run, 3), evaluate(run, 3, simulator="pybullet")
     assert here.mean_reward == named.mean_reward != evaluate(run, 3, simulator="mujoco").mean_reward
+    bundle = open_run_or_bundle(export(run).path)
+    assert bundle.config.num_envs == NUM_ENVS
+    assert evaluate(bundle, 3).mean_reward == pytest.approx(here.mean_reward)
     shown = readable_run(describe_run(run.path))
     assert shown["simulator"] == "trained on pybullet (1 environments), mujoco (2 environments); evaluated on pybullet"
     assert "3 environments (1 on pybullet, 2 on mujoco)" in describe_training(wanted, "training", "run")
