@@ -95,10 +95,8 @@ class MixedVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         self.config, self.render_mode, self.metadata = first.config, first.render_mode, first.metadata
         self.autoreset_mode, self.max_episode_steps = first.autoreset_mode, first.max_episode_steps
         self.control_timestep, self.observations = first.control_timestep, first.observations
-        self.single_action_space, self.single_observation_space = (
-            first.single_action_space,
-            first.single_observation_space,
-        )
+        self.single_action_space = first.single_action_space
+        self.single_observation_space = first.single_observation_space
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         if isinstance(first.task, GoalTask):
@@ -201,7 +199,7 @@ class MixedVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         """Join the infos of all simulators. The rows of simulators that do not report a key are zero and masked."""
         joined: dict[str, Any] = {}
         for key in dict.fromkeys(key for info in infos for key in info):
-            values = [info.get(key) for info in infos]
+            values: list[Any] = [info.get(key) for info in infos]
             known = next(value for value in values if value is not None)
             if isinstance(known, dict):
                 joined[key] = self._join_infos([value or {} for value in values])
@@ -236,10 +234,11 @@ def check_same(parts: Mapping[str, RobotVectorEnv]) -> None:
             )
 
 
-def _bounds(env: RobotVectorEnv) -> dict[str, tuple[str, ...]]:
+def _bounds(env: RobotVectorEnv) -> dict[str, tuple[Any, ...]]:
     """Return what determines the observation space, by the name of the term."""
     return {
-        name: (repr(term.low), repr(term.high), term.key, term.dtype) for name, term in env.observations.terms.items()
+        name: (term.low.shape, term.low.tobytes(), term.high.tobytes(), term.key, term.dtype)
+        for name, term in env.observations.terms.items()
     }
 
 

@@ -31,7 +31,7 @@ def test_every_arm_has_a_file_and_settings_for_each_controller() -> None:
     assert len(arms.ARMS) == 10
     assert {file for file, _ in arms.ARMS.values()} <= set(files())
     for controller in arms.WANTED:
-        assert resolve_config(arms.ID, flags={"controller": controller}).num_envs > 8
+        assert resolve_config(arms.ID, flags={"controller": controller}).total_envs > 8
 
 
 def test_the_page_shows_each_arm_with_both_controllers() -> None:

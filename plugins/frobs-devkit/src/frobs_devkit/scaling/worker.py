@@ -71,7 +71,7 @@ def step(config: Mapping[str, Any], folder: Path, task: Mapping[str, Any]) -> di
         while not _all(folder, "done", task) and time.monotonic() < end:  # keep the processor busy
             stamps += _record(_BUSY, advance, lambda: count)
     return {
-        "stamps": [(moment, steps * made.num_envs) for moment, steps in stamps],
+        "stamps": [(moment, steps * made.total_envs) for moment, steps in stamps],
         "memory": peak_memory(),
         "processors": share,
         "startup": max(0.0, startup),

@@ -53,4 +53,5 @@ def _level(config: RunConfig) -> Level:
         return Level.EXACT
     chosen = config.environment_kwargs.get("simulator", known[1].simulator)
     records: list[Any] = [plugins.get_record("simulator", name or chosen) for name in config.simulators]
-    return min(record.capabilities.get("snapshot", Level.UNSUPPORTED) for record in records)
+    levels: list[Level] = [record.capabilities.get("snapshot", Level.UNSUPPORTED) for record in records]
+    return min(levels)
