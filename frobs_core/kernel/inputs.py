@@ -59,10 +59,10 @@ def check_actions(actions: Any, space: gym.Space[Any]) -> Action:
 
 
 def check_seeds(seeds: Any, num_envs: int) -> Sequence[int | None]:
-    """Return a list with the seed of each environment.
+    """Return a list with the seed of each of ``num_envs`` environments.
 
     Raises:
-        ParameterValueError: The seeds are not a list with one whole number or None for each environment.
+        ParameterValueError: ``seeds`` is not a list with one whole number or None for each environment.
     """
     if isinstance(seeds, str) or not isinstance(seeds, Sequence | np.ndarray):
         raise ParameterValueError("seed", seeds, "a whole number, a list with one number per environment, or None")

@@ -16,7 +16,8 @@ from frobs_core.kernel.copying import CopiedByArguments
 from frobs_core.kernel.inputs import batch_options, check_actions, check_reset_mask, check_seeds, option_mapping
 from frobs_core.kernel.robot_config import find_record
 from frobs_core.kernel.vector_env import RobotVectorEnv, require_episodes
-from frobs_core.kernel.viewers import PICTURE, Metadata
+from frobs_core.kernel.viewers import PICTURE as _PICTURE
+from frobs_core.kernel.viewers import Metadata
 from frobs_core.plugins.records import SimulatorRecord
 from frobs_core.util.errors import ConfigurationError, ParameterValueError, SimulationError
 from frobs_core.util.validation import whole_number
@@ -75,9 +76,9 @@ class MixedVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
 
     def __init__(self, num_envs: Mapping[str, int], **keywords: Any) -> None:
         _check_simulators(num_envs)
-        if keywords.get("render_mode") not in (None, PICTURE):
+        if keywords.get("render_mode") not in (None, _PICTURE):
             raise ParameterValueError(
-                "render_mode", keywords["render_mode"], f"{PICTURE!r} or None with several simulators"
+                "render_mode", keywords["render_mode"], f"{_PICTURE!r} or None with several simulators"
             )
         self.parts: dict[str, RobotVectorEnv] = {}
         self.rows: dict[str, slice] = {}
@@ -87,7 +88,7 @@ class MixedVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
                 self.parts[name] = RobotVectorEnv(count, **{**keywords, "simulator": name})
                 self.rows[name] = slice(self.num_envs, self.num_envs + count)
                 self.num_envs += count
-            check_same(self.parts)
+            _check_same(self.parts)
         except BaseException:
             self.close_extras()
             raise
@@ -212,7 +213,7 @@ class MixedVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
         return joined
 
 
-def check_same(parts: Mapping[str, RobotVectorEnv]) -> None:
+def _check_same(parts: Mapping[str, RobotVectorEnv]) -> None:
     """Raise ConfigurationError if the spaces or timesteps of environments on several simulators differ."""
     (first, one), *others = parts.items()
     for name, other in others:

@@ -276,7 +276,7 @@ class RobotVectorEnv(ComposedEnv, gym.vector.VectorEnv[Any, Any, Any]):
 
 
 def require_episodes(idle: Mask) -> None:
-    """Raise ResetNeededError if a mask selects environments in which no episode is running."""
+    """Raise ResetNeededError if an environment is ``idle``: a mask of those without a running episode, (num_envs,)."""
     if idle.any():
         which = np.flatnonzero(idle).tolist()
         raise ResetNeededError(f"no episode is running in environments {which[:8]}; call reset() first.")
