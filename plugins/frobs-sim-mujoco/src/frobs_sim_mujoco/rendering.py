@@ -177,22 +177,25 @@ class Renderer:
         """Return whether the bounding sphere of each geom touches the view of the scene's camera, (ngeom,)."""
         left_eye, right_eye = scene.camera[0], scene.camera[1]
         camera = mujoco.mjv_averageCamera(left_eye, right_eye)  # MuJoCo draws what is between two eyes
-        forward, up = np.array(camera.forward, np.float64), np.array(camera.up, np.float64)
-        offset = self._drawn.data.geom_xpos - np.array(camera.pos, np.float64)
-        right, above, ahead = offset @ np.cross(forward, up), offset @ up, offset @ forward
-        low, high = float(camera.frustum_bottom), float(camera.frustum_top)
+        right, up, forward = axes = np.empty((3, 3))
+        up[:], forward[:] = camera.up, camera.forward
+        mujoco.mju_cross(right, forward, up)
+        low, high, near = float(camera.frustum_bottom), float(camera.frustum_top), float(camera.frustum_near)
         half = float(camera.frustum_width) or 0.5 * (high - low) * size[1] / size[0]
-        middle, near = float(camera.frustum_center), float(camera.frustum_near)
+        middle = float(camera.frustum_center)
+        sides = np.array(  # normals that point out of the view, (5, 3), in the axes of the camera
+            [
+                (near, 0.0, -middle - half),
+                (-near, 0.0, middle - half),
+                (0.0, near, -high),
+                (0.0, -near, low),
+                (0.0, 0.0, -1.0),
+            ]
+        )
+        lengths = np.sqrt(np.square(sides).sum(axis=1))
+        outside = (self._drawn.data.geom_xpos - camera.pos) @ (sides @ axes).T / lengths  # [m]
         radius = self._model.geom_rbound
-        visible = (ahead > -radius) | (radius <= 0.0)
-        for across, slope in (
-            (right, (middle + half) / near),
-            (-right, (half - middle) / near),
-            (above, high / near),
-            (-above, -low / near),
-        ):
-            visible &= (across - slope * ahead <= radius * np.hypot(1.0, slope)) | (radius <= 0.0)  # planes have no end
-        return np.asarray(visible)
+        return np.asarray((outside.max(axis=1) <= radius) | (radius <= 0.0))  # planes have no end
 
     def close(self) -> None:
         """Release the OpenGL contexts."""
