@@ -112,6 +112,17 @@ class Algorithm(ABC):
                 bounds.
         """
 
+    def check_steps(self, steps: int) -> None:
+        """Check whether training until this number of environment steps is possible, before the run folder is made.
+
+        Implementing this method is optional. An algorithm that keeps everything it has seen can report here that the
+        memory is too small.
+
+        Raises:
+            ConfigurationError: The training run cannot reach this number of steps.
+        """
+        return
+
     @abstractmethod
     def train(self, steps: int, monitor: TrainingMonitor) -> None:
         """Train until the number of environment steps, including steps taken before loading, reaches ``steps``."""

@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 import torch as th
 
-from frobs_algos_imitation import pictures
 from frobs_algos_imitation.bc import BC
 from frobs_algos_imitation.dagger import Dagger
-from frobs_algos_imitation.pictures import augmented, require_memory
+from frobs_algos_imitation.pictures import augmented
 from frobs_algos_imitation.samples import Samples
-from frobs_core.util.errors import ConfigurationError, IncompatibleSpaceError
+from frobs_core.util.errors import IncompatibleSpaceError
 from frobs_train import Progress, Run, resolve_config, resume, train
 
 SIDE = 32
@@ -109,18 +108,6 @@ def test_each_picture_is_in_memory_once() -> None:
     [seen] = both.pictures(th.tensor([7, 0, 9]))
     expected = [dots(5, 1)[0]["eye"][2], dots(5, 0)[0]["eye"][0], dots(5, 1)[0]["eye"][4]]
     np.testing.assert_array_equal(seen.numpy(), expected)
-
-
-def test_pictures_that_do_not_fit_are_refused_with_the_number_that_fits(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pictures, "available_memory", lambda: 10_000_000)
-    fits = 10_000_000 // (SIDE * SIDE * 3)
-    require_memory("dagger", SEEING.spaces, fits, "at most {steps} steps.")
-    with pytest.raises(ConfigurationError, match=rf"dagger: .*at most {fits:,} steps"):
-        require_memory("dagger", SEEING.spaces, fits + 1, "at most {steps} steps.")
-
-
-def test_memory_is_measured() -> None:
-    assert 50_000_000 < pictures.available_memory() < 2**50
 
 
 @pytest.mark.parametrize("size", [(16, 64), (64, 8)])

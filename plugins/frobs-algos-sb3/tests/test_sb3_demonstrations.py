@@ -91,6 +91,8 @@ def test_a_policy_plays_whole_episodes_in_environments_of_its_own(run_env: Any) 
     np.testing.assert_array_equal(first.action, again.action)
     assert not np.array_equal(first.observation, other.observation)
     assert np.abs(first.action).max() <= 1.0
+    alone = demonstrations.collect(env, "expert", 3, 1, following=False)
+    np.testing.assert_equal(vars(alone), {**vars(first), "next_observation": None})
 
 
 def test_noise_changes_what_happens_but_not_the_actions_to_imitate(

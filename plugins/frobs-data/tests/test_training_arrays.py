@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from frobs_core.util import memory
 from frobs_core.util.errors import ConfigurationError
 from frobs_data import DataError, DatasetWriter, Feature, training_arrays
 
@@ -131,7 +132,9 @@ def test_an_empty_set_raises(make: Callable[..., Any], tmp_path: Path) -> None:
         training_arrays(tmp_path / "set", make(REACH))
 
 
-def test_pictures_become_part_of_a_dictionary(make: Callable[..., Any], tmp_path: Path) -> None:
+def test_pictures_become_part_of_a_dictionary_if_they_fit(
+    make: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     eye = {"eye": {"type": "camera", "camera": "eye", "size": [32, 48]}}
     cameras = {"eye": {"pos": [1.0, 0.0, 1.0], "target": [0.0, 0.0, 0.3]}}
     env = make(REACH, observations=eye, cameras=cameras)
@@ -140,3 +143,7 @@ def test_pictures_become_part_of_a_dictionary(make: Callable[..., Any], tmp_path
     assert found["observation"]["eye"].shape == (10, 32, 48, 3)
     assert found["observation"]["eye"].std() > 10
     assert found["observation"]["observation"].shape == (10, 18)
+    size = 32 * 48 * 3 + 18 * 4
+    monkeypatch.setattr(memory, "available_memory", lambda: 10 * size - 1)
+    with pytest.raises(ConfigurationError, match="use a data set of at most 9 steps"):
+        training_arrays(tmp_path / "set", env)

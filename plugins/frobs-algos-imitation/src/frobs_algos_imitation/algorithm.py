@@ -14,9 +14,9 @@ import torch as th
 
 from frobs_algos import demonstrations, storage
 from frobs_algos.algorithm import PolicyAlgorithm
-from frobs_algos.spaces import subspaces
+from frobs_algos.spaces import is_picture, subspaces
 from frobs_algos_imitation.networks import Perceptron
-from frobs_algos_imitation.pictures import augmented, check_pictures, is_picture
+from frobs_algos_imitation.pictures import augmented, check_pictures
 from frobs_algos_imitation.policy import ImitationPolicy
 from frobs_algos_imitation.samples import Samples
 from frobs_core.contracts import TrainingMonitor
@@ -110,7 +110,7 @@ class ImitationAlgorithm(PolicyAlgorithm):
         Raises:
             ConfigurationError: A person acted in no step of the data set.
         """
-        shown = demonstrations.load(source, self._require_env(), episodes, self._seed, mapping)
+        shown = demonstrations.load(source, self._require_env(), episodes, self._seed, mapping, following=False)
         th.set_num_threads(self._config.torch_threads)  # opening a trained policy may change it
         if not shown.intervention.any():
             raise ConfigurationError(f"{source} contains no step in which a person acted; record some with --takeover.")

@@ -12,14 +12,14 @@ import numpy as np
 import torch as th
 
 from frobs_algos.demonstrations import clipped
-from frobs_algos.spaces import subspaces
+from frobs_algos.spaces import picture_bytes
 from frobs_algos_imitation.algorithm import ImitationAlgorithm
 from frobs_algos_imitation.config import DaggerConfig, ImitationConfig
-from frobs_algos_imitation.pictures import require_memory
 from frobs_algos_imitation.samples import Samples
 from frobs_core import load_policy
 from frobs_core.contracts import Policy, TrainingMonitor
 from frobs_core.util.errors import ConfigurationError
+from frobs_core.util.memory import require_memory
 
 
 class Dagger(ImitationAlgorithm):
@@ -56,6 +56,11 @@ class Dagger(ImitationAlgorithm):
     def _chunk(self) -> int:
         return 1
 
+    def check_steps(self, steps: int) -> None:
+        if isinstance(self._config.expert, str):
+            size, left = picture_bytes(self.observation_space), steps - self.steps
+            require_memory("algorithm 'dagger'", size, left, "steps", "train for at most {count} steps")
+
     def train(self, steps: int, monitor: TrainingMonitor) -> None:
         """Train until the total number of environment steps reaches ``steps``. The last round is completed.
 
@@ -64,8 +69,6 @@ class Dagger(ImitationAlgorithm):
         if not isinstance(self._config.expert, str):
             self._train_by_updates(steps, monitor)
             return
-        spaces = subspaces(self.observation_space)
-        require_memory("algorithm 'dagger'", spaces, steps - self.steps, "train for at most {steps} steps.")
         with closing(load_policy(self._config.expert, self._require_env())) as expert:
             while self.steps < steps:
                 first = self.samples is None

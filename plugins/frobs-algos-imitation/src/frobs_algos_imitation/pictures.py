@@ -1,65 +1,16 @@
-"""Pictures of cameras: their encoders, their augmentation, and the memory that they need."""
+"""Pictures of cameras: their encoders and their augmentation."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
-from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
-import numpy as np
 import torch as th
 from torch import nn
 
 from frobs_algos.encoder import SMALLEST, Encoder
-from frobs_core.util.errors import ConfigurationError, IncompatibleSpaceError
-
-
-def is_picture(space: gym.Space[Any]) -> bool:
-    """Return whether a space contains pictures, (height, width, channels) uint8."""
-    return isinstance(space, gym.spaces.Box) and space.dtype == np.uint8 and len(space.shape) == 3
-
-
-def picture_bytes(spaces: Iterable[gym.Space[Any]]) -> int:
-    """Return the number of bytes of the pictures of one observation, which consists of ``spaces``."""
-    return sum(int(np.prod(space.shape or ())) for space in spaces if is_picture(space))
-
-
-def require_memory(owner: str, spaces: Mapping[str, gym.Space[Any]], steps: int, advice: str) -> None:
-    """Check that the pictures of ``steps`` observations fit into the memory that is available.
-
-    Args:
-        owner: Who keeps the pictures.
-        spaces: Spaces of the parts of an observation.
-        steps: Number of observations.
-        advice: What the user can do, in which ``{steps}`` stands for the number of observations that fits.
-
-    Raises:
-        ConfigurationError: They do not fit.
-    """
-    size, available = picture_bytes(spaces.values()), available_memory()
-    if size * steps > available:
-        raise ConfigurationError(
-            f"{owner}: the pictures of {steps:,} steps need {size * steps / 1e9:.1f} GB of memory, but "
-            f"{available / 1e9:.1f} GB are available; {advice.format(steps=f'{available // size:,}')}"
-        )
-
-
-def available_memory() -> int:
-    """Return the memory [bytes] that this process can still use, within the limits of its control group."""
-    free = [2**63]
-    with suppress(OSError, ValueError):
-        lines = dict(line.split(":") for line in Path("/proc/meminfo").read_text("ascii").splitlines())
-        free.append(1024 * int(lines["MemAvailable"].split()[0]))
-    with suppress(OSError, ValueError):
-        limit, used = (int(Path(f"/sys/fs/cgroup/memory.{name}").read_text("ascii")) for name in ("max", "current"))
-        free.append(limit - used)
-    if len(free) == 1:
-        with suppress(OSError, ValueError, AttributeError):
-            free.append(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    return max(0, min(free))
+from frobs_core.util.errors import IncompatibleSpaceError
 
 
 def check_pictures(owner: str, spaces: Mapping[str, gym.Space[Any]]) -> None:

@@ -14,7 +14,8 @@ from gymnasium import spaces
 from torch import nn
 
 from frobs_algos.onnx import TraceablePolicy
-from frobs_algos_imitation.pictures import Eyes, as_input, is_picture
+from frobs_algos.spaces import is_picture
+from frobs_algos_imitation.pictures import Eyes, as_input
 from frobs_core.description import Observation
 
 Frames = np.ndarray[Any, np.dtype[np.float32]]

@@ -33,6 +33,7 @@ from frobs_core.contracts import TrainingMonitor
 from frobs_core.description import Observation
 from frobs_core.util.arrays import Action, Mask
 from frobs_core.util.errors import ConfigurationError, IncompatibleSpaceError, NonFiniteValueError
+from frobs_core.util.memory import require_memory
 
 if TYPE_CHECKING:
     from frobs_algos.onnx_policy import PolicyGraph
@@ -263,8 +264,25 @@ class SB3Algorithm(PolicyAlgorithm):
             # Opening a trained policy seeds the generators and sets the number of threads.
             state.restore_generators(generators)
             self._set_threads(self._config)
+        assert found.next_observation is not None
         observation, following = self._adapted(found.observation), self._adapted(found.next_observation)
         return replace(found, observation=observation, next_observation=following)
+
+    def _require_memory(self, setting: str, rows: int, copies: int) -> None:
+        """Check that a buffer fits into memory, if the observations contain pictures.
+
+        Args:
+            setting: Setting of the algorithm for the number of rows.
+            rows: Number of rows.
+            copies: Number of observations in each row.
+        """
+        seen = subspaces(self.observation_space).values()
+        if not self.venv.can_step or all(len(part.shape or ()) < 3 for part in seen):
+            return
+        stored = subspaces(self._env.observation_space).values()
+        size = sum(int(np.prod(part.shape or ())) * np.dtype(part.dtype).itemsize for part in stored)
+        advice = f"set algorithm_config.{setting} to at most {{count}}"
+        require_memory(f"algorithm '{self.name}'", copies * size, rows, "steps", advice)
 
     def _draws(self) -> state.Arrays:
         """Return the state of all random number generators of the training run."""

@@ -198,6 +198,7 @@ class OffPolicy(SB3Algorithm):
     def _make_model(self, policy: str, **kwargs: Any) -> OffPolicyAlgorithm:
         config = self._config
         self._check_settings()
+        self._require_memory("buffer_size", config.buffer_size, 1 if config.optimize_memory_usage else 2)
         noise = getattr(config, "action_noise", None)
         if noise is not None:
             kwargs["action_noise"] = noise.build(self.venv.num_envs, self.action_space.shape[0])  # type: ignore[index]

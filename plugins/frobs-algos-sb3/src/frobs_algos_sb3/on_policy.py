@@ -11,6 +11,7 @@ import gymnasium as gym
 import numpy as np
 import torch as th
 from gymnasium import spaces
+from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from stable_baselines3.common.utils import obs_as_tensor
 from torch.nn.functional import mse_loss
@@ -63,6 +64,11 @@ class OnPolicy(SB3Algorithm):
             episodes = self._config.initial_episodes
             played = self._demonstrate(lambda env, seed: demonstrations.collect(env, name, episodes, seed, noise))
             self._imitate(self._targets(played), self._config.initial_updates)
+
+    def _make_model(self, policy: str, **kwargs: Any) -> BaseAlgorithm:
+        # The buffer is copied when its steps are shuffled.
+        self._require_memory("n_steps", self._config.n_steps, 2 * self.venv.num_envs)
+        return super()._make_model(policy, **kwargs)
 
     def _targets(self, played: Demonstrations) -> Targets:
         """Return the targets of the networks. Initializes the statistics of the normalizer."""

@@ -14,12 +14,14 @@ import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
 
+from frobs_algos.spaces import picture_bytes
 from frobs_core import load_policy
 from frobs_core.contracts import Policy
 from frobs_core.description import Observation
 from frobs_core.kernel.policies import is_path
 from frobs_core.util.arrays import Action, Mask
 from frobs_core.util.errors import ConfigurationError, MissingDependencyError, NonFiniteValueError
+from frobs_core.util.memory import require_memory
 
 __all__ = ["Demonstrations", "clipped", "collect", "load", "take"]
 
@@ -40,7 +42,7 @@ class Demonstrations:
         observation: Observations before the actions, as an array (n, …) or a dictionary of such arrays.
         action: Actions as the environment received them, (n, …).
         reward: Rewards of the environment, (n,).
-        next_observation: Observations after the actions, in the form of ``observation``.
+        next_observation: Observations after the actions, in the form of ``observation``, or None if nobody needs them.
         terminated: Whether the episode ended in a terminal state, (n,) bool.
         episode_start: Whether a step is the first step of its episode, (n,) bool.
         intervention: Whether the action is that of the demonstrator, (n,) bool. False for the steps of a policy in whose
@@ -52,7 +54,7 @@ class Demonstrations:
     observation: Observation
     action: Array
     reward: Array
-    next_observation: Observation
+    next_observation: Observation | None
     terminated: Mask
     episode_start: Mask
     intervention: Mask
@@ -76,7 +78,13 @@ class Demonstrations:
 
 
 def load(
-    source: str, env: gym.vector.VectorEnv[Any, Any, Any], episodes: int, seed: int, mapping: str | None = None
+    source: str,
+    env: gym.vector.VectorEnv[Any, Any, Any],
+    episodes: int,
+    seed: int,
+    mapping: str | None = None,
+    *,
+    following: bool = True,
 ) -> Demonstrations:
     """Read a data set, or play episodes with a policy.
 
@@ -86,9 +94,11 @@ def load(
         episodes: Number of episodes that the policy plays. A data set is used as a whole.
         seed: Seed of the episodes that the policy plays.
         mapping: YAML file that maps observation terms to the columns of a data set of others.
+        following: Whether to return the observations after the actions, too.
 
     Raises:
-        ConfigurationError: The source does not exist, or the environments cannot be recreated.
+        ConfigurationError: The source does not exist, the environments cannot be recreated, or the observations do not
+            fit into memory.
         NonFiniteValueError: A number in the data set is not finite.
         FrobsError: The data set cannot be read, or the policy cannot act in the environment.
     """
@@ -96,15 +106,15 @@ def load(
     if is_path(source) and not path.exists():
         raise ConfigurationError(f"demonstrations: {source} does not exist; write a data set's folder or a policy.")
     if is_path(source) and path.is_dir() and not (path / "config.yaml").is_file():  # a run folder contains a policy
-        found = _read(path, env, mapping)
+        found = _read(path, env, mapping, following)
     elif mapping is not None:
         raise ConfigurationError(f"demonstration_mapping: '{source}' is a policy, not a data set; omit the mapping.")
     else:
-        found = collect(env, source, episodes, seed)
+        found = collect(env, source, episodes, seed, following=following)
     for field in fields(found):
         value = getattr(found, field.name)
         for array in value.values() if isinstance(value, dict) else [value]:
-            if not np.isfinite(array).all():
+            if np.asarray(array).dtype.kind == "f" and not np.isfinite(array).all():
                 raise NonFiniteValueError(
                     f"demonstrations: {source}", f"contains a {field.name} that is not finite", "record it again"
                 )
@@ -112,7 +122,13 @@ def load(
 
 
 def collect(
-    env: gym.vector.VectorEnv[Any, Any, Any], policy_name: str, episodes: int, seed: int, noise: float = 0.0
+    env: gym.vector.VectorEnv[Any, Any, Any],
+    policy_name: str,
+    episodes: int,
+    seed: int,
+    noise: float = 0.0,
+    *,
+    following: bool = True,
 ) -> Demonstrations:
     """Play episodes with a policy, in new environments that equal those of the training run.
 
@@ -123,9 +139,10 @@ def collect(
         seed: Seed of the episodes.
         noise: Standard deviation of the noise that disturbs continuous actions. The returned actions do not include it,
             so they are the policy's corrections (DART, Laskey et al. 2017).
+        following: Whether to return the observations after the actions, too.
 
     Raises:
-        ConfigurationError: The environments cannot be recreated.
+        ConfigurationError: The environments cannot be recreated, or the pictures do not fit into memory.
         FrobsError: The policy does not exist or cannot act in the environment.
     """
     recipe = getattr(env, "recipe", None)
@@ -142,37 +159,51 @@ def collect(
     playing = recipe.make(min(episodes, _MOST_ENVS), recipe.kwargs.get("num_threads") or 1)
     try:
         with closing(load_policy(policy_name, playing)) as policy:
-            return _play(playing, policy, episodes, seed, noise)
+            _require_memory(playing, policy_name, episodes)
+            return _play(playing, policy, episodes, seed, noise, following)
     finally:
         playing.close()
 
 
+def _require_memory(env: Any, policy_name: str, episodes: int) -> None:
+    """Check that the pictures of the longest possible episodes fit into memory."""
+    longest = getattr(env.unwrapped, "max_episode_steps", np.inf)
+    size = picture_bytes(env.single_observation_space)
+    if size and np.isfinite(longest):
+        advice = "let it play at most {count} (demonstration_episodes)"
+        require_memory(f"policy '{policy_name}'", size * int(longest), episodes, "episodes", advice)
+
+
 def _play(
-    env: gym.vector.VectorEnv[Any, Any, Any], policy: Policy, episodes: int, seed: int, noise: float
+    env: gym.vector.VectorEnv[Any, Any, Any], policy: Policy, episodes: int, seed: int, noise: float, following: bool
 ) -> Demonstrations:
     num_envs, space, generator = env.num_envs, env.single_action_space, np.random.default_rng(seed)
     # A fixed number of episodes per environment, because the first episodes to end are shorter than the average.
     left = episodes // num_envs + (np.arange(num_envs) < episodes % num_envs)
-    steps: list[tuple[Any, ...]] = []
+    steps: list[dict[str, Any]] = []
+    counted: list[Mask] = []
     observation, _ = env.reset(seed=seed)
-    observation, start = _apply(np.array, observation), np.ones(num_envs, np.bool_)
+    start = np.ones(num_envs, np.bool_)
     while left.any():
+        step = {"observation": _apply(np.array, observation), "episode_start": start}
         action = executed = clipped(policy.act(observation, start), space)
         if noise and isinstance(space, spaces.Box):
             executed = clipped(action + noise * generator.standard_normal(action.shape), space)
-        following, reward, terminated, truncated, info = env.step(executed)
-        done, following = terminated | truncated, _apply(np.array, following)
-        final = _apply(np.array, following)
-        for row in np.flatnonzero(done).tolist():
-            final = _apply(partial(_put, row), final, info["final_obs"][row])
-        steps.append((observation, np.array(action), np.array(reward), final, terminated, start, left > 0))
-        left -= done & (left > 0)
-        observation, start = following, done
-    *columns, played = (_apply(_by_environment, *column) for column in zip(*steps, strict=True))
-    kept = [take(column, played) for column in columns]
-    names = [field.name for field in fields(Demonstrations)]
+        observation, reward, terminated, truncated, info = env.step(executed)
+        start = terminated | truncated
+        if following:
+            final = _apply(np.array, observation)
+            for row in np.flatnonzero(start).tolist():
+                final = _apply(partial(_put, row), final, info["final_obs"][row])
+            step["next_observation"] = final
+        steps.append({**step, "action": np.array(action), "reward": np.array(reward), "terminated": terminated})
+        counted.append(left > 0)
+        left -= start & (left > 0)
+    played = np.stack(counted)  # (steps, num_envs)
+    names = list(steps[0])
+    columns = {name: _by_environment([step.pop(name) for step in steps], played) for name in names}
     always = np.ones(played.sum(), np.bool_)
-    return Demonstrations(**dict(zip(names, [*kept, always, always], strict=True)))
+    return Demonstrations(**{"next_observation": None, "intervention": always, "complete": always, **columns})
 
 
 def clipped(action: Action, space: gym.Space[Any]) -> Any:
@@ -182,7 +213,9 @@ def clipped(action: Action, space: gym.Space[Any]) -> Any:
     return np.clip(np.asarray(action, space.dtype), space.low, space.high)
 
 
-def _read(folder: Path, env: gym.vector.VectorEnv[Any, Any, Any], mapping: str | None) -> Demonstrations:
+def _read(
+    folder: Path, env: gym.vector.VectorEnv[Any, Any, Any], mapping: str | None, following: bool
+) -> Demonstrations:
     try:
         frobs_data: Any = import_module("frobs_data")
     except ImportError as error:
@@ -194,7 +227,7 @@ def _read(folder: Path, env: gym.vector.VectorEnv[Any, Any, Any], mapping: str |
     end = np.append(start[1:], True)
     names = ("observation", "action", "reward", "terminated", "episode_start", "intervention")
     return Demonstrations(
-        next_observation=take(arrays["observation"], np.arange(len(start)) + ~end),
+        next_observation=take(arrays["observation"], np.arange(len(start)) + ~end) if following else None,
         complete=~end,
         **{name: arrays[name] for name in names},
     )
@@ -218,7 +251,20 @@ def _put(row: int, array: Array, value: Array) -> Array:
     return array
 
 
-def _by_environment(*steps: Array) -> Array:
-    """Join arrays (num_envs, …), one per step, so that the steps of an environment follow one another."""
-    joined = np.stack(steps, axis=1)
-    return joined.reshape(-1, *joined.shape[2:])
+def _by_environment(column: list[Any], played: Mask) -> Any:
+    """Join arrays (num_envs, …), one per step, so that the steps of an environment follow one another.
+
+    The list is emptied, so that pictures are in memory once.
+
+    Args:
+        column: The arrays, or dictionaries of them.
+        played: Whether a step of an environment is wanted, (steps, num_envs). The wanted ones are the first.
+    """
+    if isinstance(column[0], dict):
+        return {key: _by_environment([part.pop(key) for part in column], played) for key in list(column[0])}
+    first = np.cumsum(played.sum(axis=0)) - played.sum(axis=0)
+    joined = np.empty((played.sum(), *column[0].shape[1:]), column[0].dtype)
+    for step in reversed(range(len(column))):
+        rows = np.flatnonzero(played[step])
+        joined[first[rows] + step] = column.pop()[rows]
+    return joined

@@ -13,7 +13,16 @@ from frobs_core.description import Observation
 from frobs_core.util.errors import CheckpointError, IncompatibleSpaceError
 from frobs_core.util.plain import read_numbers, spell_numbers
 
-__all__ = ["NoEnvironment", "flatten", "space_from_json", "space_to_json", "subspaces", "suggested_scale"]
+__all__ = [
+    "NoEnvironment",
+    "flatten",
+    "is_picture",
+    "picture_bytes",
+    "space_from_json",
+    "space_to_json",
+    "subspaces",
+    "suggested_scale",
+]
 
 
 class NoEnvironment(gym.vector.VectorEnv[Any, Any, Any]):
@@ -29,6 +38,16 @@ class NoEnvironment(gym.vector.VectorEnv[Any, Any, Any]):
 def subspaces(space: gym.Space[Any]) -> dict[str, gym.Space[Any]]:
     """Return the space of each part of an observation by key. A single array has the key ``""``."""
     return dict(space.spaces) if isinstance(space, spaces.Dict) else {"": space}
+
+
+def is_picture(space: gym.Space[Any]) -> bool:
+    """Return whether a space contains pictures, three-dimensional arrays of uint8."""
+    return isinstance(space, spaces.Box) and space.dtype == np.uint8 and len(space.shape) == 3
+
+
+def picture_bytes(space: gym.Space[Any]) -> int:
+    """Return the number of bytes of the pictures in one observation."""
+    return sum(int(np.prod(part.shape or ())) for part in subspaces(space).values() if is_picture(part))
 
 
 def flatten(observation: Observation, space: gym.Space[Any]) -> np.ndarray[Any, np.dtype[np.float32]]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from frobs_core.description import ObservationTerm
 from frobs_core.util.errors import ParameterValueError, check_keys
+from frobs_core.util.memory import require_memory
 from frobs_core.util.yaml import load_yaml
 from frobs_data.budgets import BUDGET
 from frobs_data.dataset import Dataset
@@ -84,7 +85,7 @@ def training_arrays(
     Raises:
         DataError: The data set is damaged, lacks a term, contains numbers that are not finite, or does not fit the
             environment's action space, control rate or robot.
-        ConfigurationError: The mapping is invalid.
+        ConfigurationError: The mapping is invalid, or the observations do not fit into memory.
     """
     dataset, base = Dataset(folder), env.unwrapped
     given = load_yaml(mapping) if isinstance(mapping, Path | str) else dict(mapping or {})
@@ -132,9 +133,11 @@ def _observation(dataset: Dataset, observations: Any, mapping: Mapping[str, Any]
         raise DataError(dataset.folder, f"{reason}; pass a mapping file with lines such as '{example}'.")
     space = observations.space
     spaces: dict[str, Any] = space.spaces if isinstance(space, gym.spaces.Dict) else {"observation": space}
-    arrays = {key: np.empty((len(dataset), *part.shape), part.dtype) for key, part in spaces.items()}
-    if sum(array.nbytes for array in arrays.values()) > (limit := BUDGET["bytes of decoded pictures in memory"]):
+    size = sum(int(np.prod(part.shape)) * part.dtype.itemsize for part in spaces.values())
+    if size * len(dataset) > (limit := BUDGET["bytes of decoded pictures in memory"]):
         raise DataError(dataset.folder, f"the observations need more than {limit:,} bytes; split the data set.")
+    require_memory(str(dataset.folder), size, len(dataset), "steps", "use a data set of at most {count} steps")
+    arrays = {key: np.empty((len(dataset), *part.shape), part.dtype) for key, part in spaces.items()}
     for name, source in sources.items():
         assert source is not None
         key, columns = observations.columns[name]

@@ -125,6 +125,7 @@ def prepare_training(
         recorder = EpisodeRecorder(env, episodes.add, training_recipe(config))
         recorder.reset(seed=seeds.environment)
         algorithm = load(recorder, episodes) if load else record.load()(recorder, settings, seeds.algorithm)
+        algorithm.check_steps(config.steps)
     except BaseException:
         env.close()
         raise
