@@ -306,7 +306,8 @@ class Simulation(Stateful, ABC):
                 mass. The drive gains ``stiffness`` and ``damping``, and ``joint_damping``, have the shape (num_envs,
                 dof). ``gravity`` [m/s²] has the shape (num_envs, 3).
 
-                The other parameters change only images. ``color`` is (num_envs, 3) in [0, 1]. ``light`` is a factor of
+                The other parameters change only images. ``color`` is (num_envs, 3) in [0, 1]; its target ``"sky"`` is
+                the background, which is plain as soon as its color is written. ``light`` is a factor of
                 the brightness of ``"sun"`` or ``"ambient"``. ``camera_position`` [m] and ``camera_rotation``, a rotation
                 vector [rad] in the axes of the camera's image (right, up, back), are (num_envs, 3), and ``camera_fov``
                 [deg] is the vertical field of view. ``texture`` is the number of a pattern of the floor, from 0, the

@@ -17,6 +17,7 @@ LENS = {"fx": 60.0, "fy": 70.0, "cx": 10.0, "cy": 55.0, "width": 64, "height": 6
 CAMERAS: dict[str, Any] = {
     "lens": {"link": "gripper_body", "pos": [0.08, 0, 0], "target": [0, 0, 0.12], "intrinsics": LENS},
     "inside": {"pos": [0.4, 0.0, 0.1], "target": [0.6, 0.05, 0.0], "fov_y": 100},
+    "horizon": {"pos": [2.5, 0.0, 0.5], "target": [0.0, 0.0, 0.6]},
 }
 
 
@@ -56,6 +57,20 @@ def test_what_is_out_of_view_is_not_drawn(simulation: Any) -> None:
     drawn = renderer._renderer((64, 64), True).scene.ngeom
     simulation.render(np.arange(12) == 0, "wrist", (64, 64))
     assert drawn < 0.5 * renderer._renderer((64, 64), False).scene.ngeom
+
+
+def test_the_sky_has_the_color_of_its_environment(simulation: Any) -> None:
+    shown, size = np.arange(12) < 4, (64, 64)
+    sky = simulation.render(shown, "horizon", size, "segmentation", fast=True)[..., 0] < 0
+    assert 0.2 < sky.mean() < 0.8
+    before = simulation.render(shown, "horizon", size, fast=True)
+    simulation.write_parameter("color", "sky", np.array([0.8, 0.2, 0.0]), np.arange(12) == 1)
+    after = simulation.render(shown, "horizon", size, fast=True)
+    assert (after[1][sky[1]] == [204, 51, 0]).all()
+    np.testing.assert_array_equal(after[1][~sky[1]], before[1][~sky[1]])
+    assert (
+        np.abs(after[0][sky[0]] - 255.0 * simulation.parameter("color", "sky")[0]).max() <= 0.5
+    )  # plain, not a gradient
 
 
 def test_full_images_after_fast_ones_show_all_shadows(simulation: Any) -> None:

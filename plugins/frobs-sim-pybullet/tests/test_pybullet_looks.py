@@ -17,7 +17,8 @@ def share(one: Any, other: Any) -> float:
 
 
 def test_a_link_and_the_floor_are_painted_and_a_resized_cube_keeps_its_color() -> None:
-    env: Any = gym.make_vec(ID, num_envs=2, simulator="pybullet")
+    cameras = {"horizon": {"pos": [2.5, 0.0, 0.5], "target": [0.0, 0.0, 0.6]}}
+    env: Any = gym.make_vec(ID, num_envs=2, simulator="pybullet", cameras=cameras)
     with closing(env):
         env.reset(seed=[0, 0])
         simulation = env.unwrapped.simulation
@@ -36,6 +37,12 @@ def test_a_link_and_the_floor_are_painted_and_a_resized_cube_keeps_its_color() -
             assert share(painted[1], before[1]) == 0.0
             assert share(painted[0], before[0]) > 0.001, target
             before = painted
+        simulation.write_parameter("color", "sky", np.array([0.0, 0.2, 0.8]), first)
+        empty = simulation.render(None, "horizon", (60, 80), "segmentation")[0, ..., 0] < 0
+        seen = simulation.render(None, "horizon", (60, 80))
+        assert (seen[0][empty] == [0, 51, 204]).all()
+        assert (seen[1][empty] == 255).mean() > 0.9
+        np.testing.assert_array_equal(seen[0][~empty], seen[1][~empty])
         simulation.write_parameter("size", "cube", np.array([1.5]), first)
         larger = picture()
         red = np.abs(larger[0].astype(int) - [230, 26, 26]).max(axis=-1)
@@ -48,7 +55,7 @@ def test_a_link_and_the_floor_are_painted_and_a_resized_cube_keeps_its_color() -
 def test_the_same_seed_gives_the_same_pictures() -> None:
     looks = {
         "color": [
-            {"target": ["cube", "floor"], "set": [0, 1]},
+            {"target": ["cube", "floor", "sky"], "set": [0, 1]},
             {"target": "robot/*", "add": [-0.1, 0.1], "shared": True},
         ],
         "light": {"scale": [0.6, 1.3]},

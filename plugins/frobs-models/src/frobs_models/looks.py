@@ -23,7 +23,10 @@ class WrittenLooks(ABC):
         names: Names of the supported parameters.
         limits: Minimum and maximum of parameters, by name. Colors beyond them are clipped.
         values: Values that differ from the scene, (num_envs, …) each, by (parameter, target).
+        sky: Target of the parameter ``color`` for the background.
     """
+
+    sky: ClassVar[str] = "sky"
 
     names: ClassVar[Sequence[str]] = ("color", "light", "camera_position", "camera_rotation", "camera_fov")
     limits: ClassVar[Mapping[str, tuple[float, float]]] = {
@@ -78,6 +81,11 @@ class WrittenLooks(ABC):
         if (name, target) not in self.values:
             self.values[name, target] = self.read(name, target)
         self.values[name, target][rows_of(mask)] = np.clip(values, low, high)
+
+    def sky_color(self, env: int) -> np.ndarray[Any, np.dtype[np.uint8]] | None:
+        """Return the color of the background in an environment, (3,), or None if it was never written."""
+        color = self.values.get(("color", self.sky))
+        return None if color is None else (255.0 * color[env]).round().astype(np.uint8)
 
     def snapshot(self) -> Snapshot:
         """Return all values that differ from the scene."""

@@ -11,6 +11,7 @@ import numpy as np
 from frobs_core.util.arrays import Floats
 from frobs_models import WrittenLooks
 from frobs_sim_mujoco.geoms import VISUAL_GROUP
+from frobs_sim_mujoco.scenery import SKY
 
 PATTERNS, DISTRACTORS = 64, 8
 """Maximum number of patterns of the floor, and of distractors."""
@@ -55,7 +56,7 @@ class Looks(WrittenLooks):
             case "color":
                 colored = {int(model.geom_bodyid[geom]) for geom in _plain(model)}
                 bodies = [model.body(body).name for body in sorted(colored - {0})]
-                return [*bodies, *(["floor"] if _floor(model) is not None else [])]
+                return [*bodies, *(["floor"] if _floor(model) is not None else []), self.sky]
             case "light":
                 return ["ambient", "sun"]
             case "texture":
@@ -81,6 +82,8 @@ class Looks(WrittenLooks):
         """Return the value of a parameter in the model."""
         model = self._shown()
         match name:
+            case "color" if target == self.sky:
+                return np.mean(SKY, axis=0)
             case "color" if target == "floor":
                 return model.mat_rgba[_floor(model), :3]
             case "color":
@@ -120,6 +123,8 @@ class Appearance:
         for (name, target), values in self._looks.values.items():
             value = values[env]
             match name:
+                case "color" if target == self._looks.sky:
+                    pass  # the renderer paints it into the finished picture
                 case "color" if target == "floor":
                     floor = _floor(model)
                     for material in {floor, *self._patterns}:

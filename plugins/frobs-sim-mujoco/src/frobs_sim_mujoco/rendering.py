@@ -73,10 +73,15 @@ class Drawn:
         batch: Batch that contains the states.
         sizes: Size factors of resized scene bodies, (num_envs,) each, by name. The simulation may update this mapping.
         looks: Looks of all environments.
+
+    Attributes:
+        model: The model.
+        data: State of the environment that is shown.
+        looks: Looks of all environments.
     """
 
     def __init__(self, model: mujoco.MjModel, batch: Batch, sizes: Mapping[str, Floats], looks: Looks) -> None:
-        self._nominal_model, self._looks, model = model, looks, copy(model)
+        self._nominal_model, self.looks, model = model, looks, copy(model)
         self._appearance = Appearance(model, looks)
         self.model, self.data = model, mujoco.MjData(model)
         self._batch, self._sizes = batch, sizes
@@ -84,7 +89,7 @@ class Drawn:
 
     def copy(self) -> Drawn:
         """Return a copy, for another thread."""
-        return Drawn(self._nominal_model, self._batch, self._sizes, self._looks)
+        return Drawn(self._nominal_model, self._batch, self._sizes, self.looks)
 
     def show(self, env: int) -> None:
         """Set the model to the state of an environment."""
@@ -160,7 +165,11 @@ class Renderer:
             case "rgb":
                 for marker in markers:
                     _add_marker(renderer.scene, marker, env)
+                sky = self._drawn.looks.sky_color(env)
+                renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX] = sky is None
                 picture: np.ndarray[Any, Any] = renderer.render()
+                if sky is not None:
+                    picture[_is_empty(renderer)] = sky
                 return picture
             case "depth":
                 renderer.enable_depth_rendering()
@@ -294,6 +303,13 @@ class Viewer:
     def close(self) -> None:
         """Close the window."""
         self._window.close()
+
+
+def _is_empty(renderer: mujoco.Renderer) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """Return the pixels of the last picture in which nothing was drawn, (h, w)."""
+    depth = np.empty((renderer.height, renderer.width), np.float32)
+    mujoco.mjr_readPixels(None, depth, renderer._rect, renderer._mjr_context)
+    return np.asarray(depth[::-1] == 0.0)  # OpenGL's first row is at the bottom, and the farthest depth is 0
 
 
 def _flatten_planes(scene: mujoco.MjvScene, count: int) -> None:

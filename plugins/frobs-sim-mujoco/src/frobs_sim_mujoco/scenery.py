@@ -13,6 +13,8 @@ from frobs_sim_mujoco.geoms import SCENE_GROUP, VISUAL_GROUP, add_shape, make_ha
 from frobs_sim_mujoco.meshes import Meshes
 
 _FAR = 8.0  # [m] viewing distance beyond which small floor squares would flicker
+SKY = (0.86, 0.91, 0.96), (0.55, 0.65, 0.76)
+"""Colors of the sky above and at the horizon."""
 _PIXEL = 1e-5  # [m] size of a camera's pixels, which does not affect images
 
 
@@ -22,8 +24,8 @@ def light_up(spec: mujoco.MjSpec) -> None:
         name="sky",
         type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
         builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=(0.86, 0.91, 0.96),
-        rgb2=(0.55, 0.65, 0.76),
+        rgb1=SKY[0],
+        rgb2=SKY[1],
         width=64,
         height=384,
     )

@@ -28,7 +28,7 @@ class Looks(WrittenLooks):
     def targets(self, name: str) -> Sequence[str]:
         match name:
             case "color":
-                return list(self._stage().colors)
+                return [*self._stage().colors, self.sky]
             case "light":
                 return list(LIGHT)
         return [
@@ -39,6 +39,8 @@ class Looks(WrittenLooks):
 
     def nominal(self, name: str, target: str) -> Any:
         match name:
+            case "color" if target == self.sky:
+                return np.ones(3)
             case "color":
                 return self._stage().colors[target][0, :3]
             case "light":
@@ -55,8 +57,10 @@ class Looks(WrittenLooks):
         return ambient, sun
 
     def colors(self, env: int) -> dict[str, Floats]:
-        """Return the colors that were set in an environment, (3,) each, by target."""
-        return {target: values[env] for (name, target), values in self.values.items() if name == "color"}
+        """Return the colors of bodies that were set in an environment, (3,) each, by target."""
+        written = {target: values[env] for (name, target), values in self.values.items() if name == "color"}
+        written.pop(self.sky, None)
+        return written
 
     def camera(self, name: str, env: int) -> Camera:
         """Return a camera as it is in an environment."""

@@ -73,7 +73,11 @@ class Renderer:
         )
         match modality:
             case "rgb":
-                return np.reshape(np.asarray(rgb, np.uint8), (height, width, 4))[..., :3].copy()
+                picture = np.reshape(np.asarray(rgb, np.uint8), (height, width, 4))[..., :3].copy()
+                sky = self._looks.sky_color(env)
+                if sky is not None:
+                    picture[np.reshape(np.asarray(depth), (height, width)) >= 1.0] = sky
+                return picture
             case "depth":
                 share = np.reshape(np.asarray(depth, np.float64), (height, width, 1))
                 return (_FAR * _NEAR / (_FAR - (_FAR - _NEAR) * share)).astype(np.float32)
