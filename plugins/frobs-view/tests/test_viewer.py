@@ -9,6 +9,7 @@ from contextlib import closing
 from typing import Any
 
 import gymnasium as gym
+import imageio.v3 as iio
 import numpy as np
 import pytest
 import viser
@@ -22,6 +23,7 @@ from templates.my_paced_simulator import RECORD
 
 REACH = "frobs_core:frobs/Irb120Reach-v0"
 PICK = "frobs_core:frobs/PandaPickAndPlace-v0"
+SEEING = "frobs_core:frobs/PandaPickAndPlaceVision-v0"
 KOBUKI = "frobs_core:frobs/KobukiEmpty-v0"
 
 
@@ -139,6 +141,24 @@ def test_dragging_the_goal_moves_it(env: Any) -> None:
         wait_until(lambda: not env.viewer._events.empty())
         env.viewer.update()
     np.testing.assert_allclose(env.task.goal[0], (0.5, 0.1, 0.2), atol=1e-6)
+
+
+@pytest.mark.needs("rendering")
+@pytest.mark.parametrize("env", [{"id": SEEING}], indirect=True)
+def test_the_page_shows_what_the_chosen_camera_sees(env: Any) -> None:
+    controls = env.viewer.server._viser.gui._gui_input_handle_from_uuid.values()
+    [cameras] = [control for control in controls if control.label == "camera"]
+    assert cameras.options == ("none", "overview", "wrist")
+    with open_socket(env.viewer.server) as client:
+        client.recv(timeout=5)
+        cameras.value = "wrist"
+        wait_until(lambda: not env.viewer._events.empty())
+        env.viewer.update()
+        sent = [one["updates"] for one in receive(client, 1.0) if one["type"] == "GuiUpdateMessage"]
+    shown = iio.imread(sent[-1]["_data"], extension=".jpeg").astype(int)
+    expected = env.simulation.render(None, "wrist", shown.shape[:2], "rgb", env.task.markers())[0]
+    assert np.abs(shown - expected).mean() < 6.0  # it was compressed
+    assert expected.std() > 20.0
 
 
 @pytest.mark.parametrize("place", [(5.0, 0.0, 0.2), (np.nan, 0.0, 0.2), (0.5, 0.0, np.inf), (0.5, 0.0, -3.0)])
