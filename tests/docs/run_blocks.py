@@ -40,6 +40,14 @@ SHORTER: dict[str, dict[str, str]] = {
     "paced-simulators.md": {"--episodes 100": "--episodes 1"},
     "pixels.md": {"steps: 150_000": "steps: 1_024", "--episodes 1_000": "--episodes 4"},
     "send-a-page.md": {"--run-dir runs/reach\n": "--run-dir runs/reach --steps 4_096\n"},
+    "teach-a-robot-to-see.md": {
+        "--run-dir runs/seeing\n": "--run-dir runs/seeing --steps 800 --set num_envs=4 --set algorithm_config.updates=5 "
+        "--set algorithm_config.final_updates=5\n",
+        "--episodes 200": "--episodes 4",
+        "NUM_ENVS = 32": "NUM_ENVS = 4",
+        "assert seeing > 0.9 and blind < 0.2": "assert blind < 0.2",
+        "frobs view runs/seeing\n": "frobs view runs/seeing --seconds 1\n",
+    },
     "teach-a-robot.md": {
         "--seed 0 --run-dir runs/clone": "--seed 0 --run-dir runs/clone --set algorithm_config.torch_threads=1",
         "--run-dir runs/dagger\n": "--run-dir runs/dagger --steps 6_400 --set algorithm_config.final_updates=200\n",
