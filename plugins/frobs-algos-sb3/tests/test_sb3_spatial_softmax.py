@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -76,6 +78,18 @@ def test_pictures_that_it_cannot_process_are_refused(space: Any, message: str, m
     env = NoEnvironment(1, space, make().single_action_space)
     with pytest.raises(IncompatibleSpaceError, match=message):
         plugins.get_record("algorithm", "ppo").load()(env, {"policy_kwargs": POINTS}, 0)
+
+
+def test_vectors_are_normalized_and_pictures_are_not(monitor: Any, tmp_path: Path) -> None:
+    env, cls = make_vector_env("test/Dot0-v0", 2, {}), plugins.get_record("algorithm", "ppo").load()
+    space = deepcopy(env.single_observation_space)
+    config = {"policy_kwargs": POINTS, "n_steps": 8, "batch_size": 8, "normalize_observation": True}
+    algorithm = cls(env, config, 0)
+    algorithm.train(16, monitor)
+    assert env.single_observation_space == algorithm.observation_space == space
+    assert list(algorithm.normalizer.obs_rms) == ["noise"]
+    algorithm.save(tmp_path)
+    cls.load(tmp_path, make_vector_env("test/Dot0-v0", 2, {}))
 
 
 @pytest.mark.parametrize("name", ["sac", "td3"])

@@ -36,7 +36,7 @@ def test_a_run_that_does_not_fit_is_refused_with_the_number_that_fits(
         f"'*': null, {EYE}" if algorithm in ("ppo", "sac") else EYE
     )  # vectors are kept as well, which changes ``size``
     observed = f"environment_kwargs.observations={{{terms}}}"
-    config = resolve_config("frobs/PandaLift-v0", flags=flags, settings=[observed, "wrappers=[]", setting])
+    config = resolve_config("frobs/PandaLift-v0", flags=flags, settings=[observed, setting])
     with pytest.raises(ConfigurationError, match=re.escape(advice.format(f"{AVAILABLE // size:,}"))) as caught:
         train(config, tmp_path / "run")
     assert "GB of memory, but 0.1 GB are available" in str(caught.value)

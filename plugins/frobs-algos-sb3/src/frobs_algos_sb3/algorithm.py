@@ -196,9 +196,11 @@ class SB3Algorithm(PolicyAlgorithm):
         adapted = self._adapt(self.venv)
         self.normalizer = None
         if config.normalize_observation or config.normalize_reward:
+            vectors = [key for key, part in subspaces(adapted.observation_space).items() if not is_image_space(part)]
             self.normalizer = VecNormalize(
                 adapted,
-                norm_obs=config.normalize_observation,
+                norm_obs=config.normalize_observation and bool(vectors),  # the networks divide pictures by 255
+                norm_obs_keys=vectors if isinstance(adapted.observation_space, spaces.Dict) else None,
                 norm_reward=config.normalize_reward,
                 clip_obs=config.clip_observation,
                 clip_reward=config.clip_reward,

@@ -22,7 +22,8 @@ class SB3Config(Settings):
         policy_kwargs: Settings of the networks.
         scale_observation: Whether to multiply observations by the scale factors that the task suggests, if any. Ignored
             if observations are normalized.
-        normalize_observation: Whether to normalize observations by their running mean and standard deviation.
+        normalize_observation: Whether to normalize observations, except for pictures, by their running mean and standard
+            deviation.
         normalize_reward: Whether to divide rewards by the running standard deviation of the discounted return.
         clip_observation: Maximum absolute value of normalized observations.
         clip_reward: Maximum absolute value of normalized rewards.

@@ -79,6 +79,7 @@ class OnPolicy(SB3Algorithm):
             played.reward,
             played.action,
         )
+        assert following is not None
         if self.normalizer is not None:
             statistics = state.running_statistics(self.normalizer)
             statistics["reward"].update(_discounted(reward, start, gamma))
