@@ -17,7 +17,8 @@ BEGIN, END = "<!-- begin budgets -->\n", "<!-- end budgets -->\n"
 def table() -> str:
     """Return the table in Markdown, with one row per limit."""
     policies = {**of_deploy.BUDGET, **untrusted.BUDGET}
-    kinds = {**of_models.BUDGETS, "data set": of_data.BUDGET, "policy bundle": policies, **of_core.BUDGETS}
+    data = {"data set": of_data.BUDGET, "ROS bag": of_data.BAG_BUDGET}
+    kinds = {**of_models.BUDGETS, **data, "policy bundle": policies, **of_core.BUDGETS}
     rows = [
         f"| {kind} | {what} | {limit:,} |" for kind, limits in kinds.items() for what, limit in sorted(limits.items())
     ]

@@ -5,6 +5,8 @@ dataset.py    reads a data set
 writer.py     writes a data set, one episode at a time
 joining.py    combines episodes into large files
 recording.py  records policies
+importing.py  imports ROS bags: bags.py reads them, bag_topics.py and bag_episodes.py sample them, mirror.py computes
+              observations and actions
 operated.py   records people, alone or instead of a policy
 video.py      encodes, decodes and copies videos
 stats.py      statistics of features
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from frobs_data.edit import merge as merge
     from frobs_data.edit import split as split
     from frobs_data.errors import DataError as DataError
+    from frobs_data.importing import import_bags as import_bags
     from frobs_data.layout import Episode as Episode
     from frobs_data.layout import Feature as Feature
     from frobs_data.recording import record as record

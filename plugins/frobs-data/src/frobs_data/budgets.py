@@ -19,3 +19,13 @@ BUDGET: Mapping[str, int] = {
     "tasks": 100_000,
 }
 """Limits by what is counted."""
+
+BAG_BUDGET: Mapping[str, int] = {
+    "bytes of a chunk, decompressed": 2**28,
+    "bytes of a file": 16 * 2**30,
+    "bytes of a message": 2**26,
+    "elements of a message": 100_000,
+    "messages": 20_000_000,
+    "topics": 10_000,
+}
+"""Limits for ROS bags."""

@@ -10,6 +10,7 @@ _SUMMARIES = {
     "data merge": ("data:merge", "Combine data sets into a new one."),
     "data split": ("data:split", "Divide a data set into several new ones."),
     "data export": ("data:export", "Write a data set in another format."),
+    "data import": ("bags:import_", "Import ROS bags as episodes of a data set."),
     "data replay": ("replay:replay", "Repeat recorded episodes, on the same or on another simulator."),
 }
 
