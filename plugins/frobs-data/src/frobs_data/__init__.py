@@ -8,6 +8,7 @@ recording.py  records policies
 importing.py  imports ROS bags: bags.py reads them, bag_topics.py and bag_episodes.py sample them, mirror.py computes
               observations and actions
 operated.py   records people, alone or instead of a policy
+twin.py       identifies delay, noise and tracking of a recorded robot
 video.py      encodes, decodes and copies videos
 stats.py      statistics of features
 training.py   arrays for learning algorithms
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
     from frobs_data.replaying import Replay as Replay
     from frobs_data.replaying import replay as replay
     from frobs_data.training import training_arrays as training_arrays
+    from frobs_data.twin import Twin as Twin
+    from frobs_data.twin import identify as identify
     from frobs_data.writer import DatasetWriter as DatasetWriter
 
 __all__, __getattr__ = lazy_names(__name__, __file__)

@@ -11,6 +11,7 @@ _SUMMARIES = {
     "data split": ("data:split", "Divide a data set into several new ones."),
     "data export": ("data:export", "Write a data set in another format."),
     "data import": ("bags:import_", "Import ROS bags as episodes of a data set."),
+    "data twin": ("twin:twin", "Identify delay, noise and tracking of a recorded robot, for training."),
     "data replay": ("replay:replay", "Repeat recorded episodes, on the same or on another simulator."),
 }
 

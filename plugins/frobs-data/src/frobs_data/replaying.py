@@ -88,7 +88,7 @@ def replay(
         FrobsError: The environment cannot be built.
     """
     dataset = Dataset(folder)
-    environment, kwargs, recorded = _read_settings(dataset, trust)
+    environment, kwargs, recorded = read_settings(dataset, trust)
     numbers = range(len(dataset.episodes)) if episodes is None else episodes
     for number in numbers:
         if not 0 <= number < len(dataset.episodes):
@@ -120,8 +120,17 @@ def replay(
     return results
 
 
-def _read_settings(dataset: Dataset, trust: bool) -> tuple[str, dict[str, Any], str]:
-    """Return the Gymnasium ID, the keyword arguments and the simulator of a recording."""
+def read_settings(dataset: Dataset, trust: bool) -> tuple[str, dict[str, Any], str]:
+    """Return the Gymnasium ID, the keyword arguments and the simulator of a recording.
+
+    Args:
+        dataset: The data set.
+        trust: Whether to accept settings that name files or modules.
+
+    Raises:
+        DataError: The data set has no settings, or unusable ones.
+        UntrustedFileError: The settings name files or modules, and ``trust`` is not set.
+    """
     path, settings = dataset.folder / SETTINGS_PATH, dataset.settings
     if settings is None:
         reason = f"{SETTINGS_PATH} is missing, which names the environment"
