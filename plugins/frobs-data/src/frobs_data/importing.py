@@ -98,6 +98,7 @@ def import_bags(
         wrapped = make_env(config.environment, kwargs)
         stack.callback(wrapped.close)
         mirror = Mirror(wrapped)
+        report(f"importing {mirror.mode} commands")  # an unsuitable controller is an error before anything is read
         read: list[tuple[Bag, list[BagEpisode]]] = []
         for path in bags:
             report(f"reading {path}")

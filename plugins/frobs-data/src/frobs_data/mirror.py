@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -40,8 +41,6 @@ class Mirror:
         env: The environment without wrappers.
         joint_names: Joints of the robot.
         arm: Columns of the joints that are not fingers.
-        fingers: Columns of the fingers that a controller moves.
-        mode: Mode of the arm's commands.
         images: Observation keys of images, with their sizes in pixels.
         sizes: Number of elements of each vector term of the observation.
         features: Features of the observation.
@@ -49,25 +48,25 @@ class Mirror:
         judges: Whether the robot and the goal determine reward and success, because the scene contains no bodies.
 
     Raises:
-        RunError: The environment has several robots, a mobile or paced one, a controller whose actions cannot be
-            computed from commands, or depth images.
+        RunError: The environment has several robots, a mobile or paced one, or depth images.
     """
 
     def __init__(self, env: Any) -> None:
         base = env.unwrapped
         if not isinstance(base, RobotEnv) or len(base.control.robots) != 1 or base.simulation.pacer is not None:
-            raise RunError("bags are imported for environments with one robot, on a simulator that is not paced.")
+            rule = "one robot, on a simulator that is not paced, such as mujoco"
+            raise RunError(f"only an environment with {rule}, can follow measurements; choose another one.")
         self.env, self.robot = base, base.robot
         if self.robot.robot.base != "fixed":
-            raise RunError(f"bags of mobile robots such as '{self.robot.robot.name}' cannot be imported.")
+            raise RunError(f"measurements of mobile robots such as '{self.robot.robot.name}' cannot be followed.")
         self.joint_names = self.robot.joint_names
         tool = self.robot.robot.end_effector_of()
-        named = self.robot.robot.groups[tool.group] if tool is not None and tool.group else ()
-        self.arm = [i for i, name in enumerate(self.joint_names) if name not in named]
+        fingers = self.robot.robot.groups[tool.group] if tool is not None and tool.group else ()
+        self.arm = [i for i, name in enumerate(self.joint_names) if name not in fingers]
         terms = base.observations.terms
         others = [name for name, term in terms.items() if not term.is_vector and term.dtype != "uint8"]
         if others:
-            raise RunError(f"the images {', '.join(others)} are no color images, and cannot be imported.")
+            raise RunError(f"the images {', '.join(others)} are no color images; use an environment without them.")
         self.images = {name: term.low.shape[:2] for name, term in terms.items() if not term.is_vector}
         self.sizes = {name: len(term.low) for name, term in terms.items() if term.is_vector}
         self.features: dict[str, Feature] = {
@@ -77,12 +76,23 @@ class Mirror:
         self.has_goal = "goal" in base.task.reset_options
         self.judges = not base.simulation.bodies
         base.reset(seed=0)
-        self._columns, self._signs = self._find_columns()
-        self.fingers = [i for i, name in enumerate(self.joint_names) if name in named and i in self._columns]
-        modes = {self.robot.command_modes[i] for i in self._columns if i in self.arm}
+
+    @cached_property
+    def fingers(self) -> list[int]:
+        """Columns of the fingers that a controller moves."""
+        return [i for i in self._axes[0] if i not in self.arm]
+
+    @cached_property
+    def mode(self) -> CommandMode:
+        """Mode of the arm's commands.
+
+        Raises:
+            RunError: The actions of the controller cannot be computed from joint commands.
+        """
+        modes = {self.robot.command_modes[i] for i in self._axes[0] if i in self.arm}
         if len(modes) > 1:
             raise RunError("the joints of the arm have different command modes; choose another controller.")
-        self.mode = next(iter(modes), CommandMode.POSITION)
+        return next(iter(modes), CommandMode.POSITION)
 
     def begin(self, joints: Floats, goal: Floats | None) -> Snapshot:
         """Begin an episode, and return its start state.
@@ -142,9 +152,10 @@ class Mirror:
         Returns:
             The action, (k,) float32, and whether its command differs from the recorded one.
         """
-        before, size = self.env.control.snapshot(), len(self._columns)
+        before, (columns, signs) = self.env.control.snapshot(), self._axes
+        size = len(columns)
         ends = [self._respond(np.full(size, end), before) for end in (-1.0, 0.0, 1.0)]
-        wanted = command[self._columns] * self._signs
+        wanted = command[columns] * signs
         target = np.clip(wanted, ends[0], ends[2])
         # At a limit, several actions have the same command: take the one that is nearest to 0.
         first = self._bisect(before, lambda commands: commands < target - _EQUAL)
@@ -157,7 +168,7 @@ class Mirror:
 
     def _bisect(self, before: Snapshot, is_below: Callable[[Floats], np.ndarray[Any, Any]]) -> Floats:
         """Return the action at which ``is_below``, a function of the commands, stops being true, (k,)."""
-        low, high = -np.ones(len(self._columns)), np.ones(len(self._columns))
+        low, high = -np.ones(len(self._axes[0])), np.ones(len(self._axes[0]))
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
             below = is_below(self._respond(middle, before))
@@ -174,9 +185,10 @@ class Mirror:
         self.env.control.restore(before)
         (command,) = self.env.control.commands(action[None])
         row = command[0] if command.ndim == 2 else command[0, -1]
-        return np.asarray(row[self._columns] * self._signs)
+        return np.asarray(row[self._axes[0]] * self._axes[1])
 
-    def _find_columns(self) -> tuple[list[int], Floats]:
+    @cached_property
+    def _axes(self) -> tuple[list[int], Floats]:
         """Return the joint that each element of the action moves, and whether its command grows (1) or falls (−1)."""
         control, space = self.env.control, self.env.action_space
         columns: list[int] = []

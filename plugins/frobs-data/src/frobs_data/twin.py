@@ -13,14 +13,14 @@ import numpy as np
 
 from frobs_core.contracts import CommandMode
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import CapabilityError
+from frobs_core.util.errors import CapabilityError, RunError
 from frobs_core.util.validation import whole_number
 from frobs_data.dataset import Dataset
 from frobs_data.errors import DataError
 from frobs_data.mirror import GOAL_TERMS, MEASURED_TERMS, Mirror
 from frobs_data.recorded_features import ACTION
 from frobs_data.replaying import read_settings
-from frobs_train.environments import make_env, make_vector_env
+from frobs_train.environments import is_paced, make_env, make_vector_env
 
 __all__ = ["Estimate", "Twin", "identify"]
 
@@ -121,25 +121,30 @@ def identify(
         folder: Data set that ``frobs record`` or ``frobs data import`` has written.
         episodes: Number of episodes to use, from the first.
         max_delay: Longest delay [control steps].
-        simulator: Name of the simulator, or None for the simulator of the recording.
+        simulator: Name of the simulator. None uses that of the recording, or, if it is a real robot, that of the
+            environment.
         trust: Whether to accept settings that name files or modules.
         on_progress: Called with a text while episodes are simulated.
 
     Raises:
         DataError: The data set contains no joint positions, or is too short.
-        RunError: The environment has several robots, a mobile one, or a controller whose commands are not joint commands.
+        RunError: The environment has several robots, a mobile one, or a controller that runs at the physics rate.
         UntrustedFileError: The settings name files or modules, and ``trust`` is not set.
     """
     whole_number("episodes", episodes, 1)
     whole_number("max_delay", max_delay, 1)
     dataset, report = Dataset(folder), on_progress or (lambda text: None)
-    environment, kwargs, _ = read_settings(dataset, trust)
-    kwargs = {name: value for name, value in kwargs.items() if name != "randomize"}
+    environment, kwargs, recorded = read_settings(dataset, trust)
+    is_other = simulator is not None or is_paced(recorded)
+    left_out = ("randomize", *(("simulator", "simulator_kwargs") if is_other else ()))
+    kwargs = {name: value for name, value in kwargs.items() if name not in left_out}
     kwargs |= {} if simulator is None else {"simulator": simulator}
     with ExitStack() as stack:
         env = make_env(environment, kwargs)
         stack.callback(env.close)
         mirror = Mirror(env)
+        if mirror.env.control.physics_rate:
+            raise RunError("the commands of a controller that runs at the physics rate are not in the data set.")
         recordings = [_Recording(dataset, each.index, mirror) for each in dataset.episodes[:episodes]]
         recordings = [each for each in recordings if len(each.measured) > 2 * _SKIPPED + max_delay]
         if not recordings:
@@ -180,19 +185,17 @@ class _Recording:
             self.terms |= mirror.split(feature, np.asarray(columns[feature], np.float64))
         self.measured = self.terms[_POSITIONS]
         goals = self.terms.get("goal", self.terms.get("desired_goal"))
-        self.goals = goals if goals is not None and goals.shape[1] == 3 and mirror.has_goal else None
+        is_fixed = goals is not None and goals.shape[1] == 3 and not np.ptp(goals, axis=0).any()
+        self.goal = goals[0] if goals is not None and is_fixed and mirror.has_goal else None
         velocities = self.terms.get("joint_velocities", np.zeros_like(self.measured))
         self.joints = np.stack([self.measured, velocities, np.zeros_like(self.measured)], axis=1)  # (n, 3, dof)
-        mirror.begin(self.joints[0], self.goal(0))
+        mirror.begin(self.joints[0], self.goal)
         self.commands = np.empty_like(self.measured)
         for i, action in enumerate(columns[ACTION]):
             mirror.place(self.joints[i], None)
             self.commands[i] = np.reshape(mirror.env.control.commands(np.asarray(action[None], float))[0], (-1,))[
                 -len(mirror.joint_names) :
             ]
-
-    def goal(self, frame: int) -> Floats | None:
-        return None if self.goals is None else self.goals[frame]
 
 
 class _Simulated:
@@ -391,14 +394,15 @@ def _noise(
     mirror: Mirror, recordings: Sequence[_Recording], predicted: Sequence[Floats], moving: Sequence[int]
 ) -> tuple[dict[str, float], float]:
     """Return the noise of each observation term that the joints determine, and the jitter [control steps]."""
-    names = [name for name in mirror.sizes if name in (MEASURED_TERMS | GOAL_TERMS) - _WITHOUT_NOISE]
+    known = MEASURED_TERMS | (GOAL_TERMS if all(each.goal is not None for each in recordings) else set())
+    names = [name for name in mirror.sizes if name in known - _WITHOUT_NOISE]
     rough: dict[str, list[Floats]] = {name: [] for name in names}
     speed: dict[str, list[Floats]] = {name: [] for name in names}
     for each, states in zip(recordings, predicted, strict=True):
         true: dict[str, list[Floats]] = {name: [] for name in names}
-        mirror.begin(each.joints[0], each.goal(0))
-        for frame, (positions, velocities) in enumerate(states, start=1):
-            mirror.place(np.stack([positions, velocities, 0.0 * positions]), each.goal(frame))
+        mirror.begin(each.joints[0], each.goal)
+        for positions, velocities in states:
+            mirror.place(np.stack([positions, velocities, 0.0 * positions]), None)
             for feature, values in mirror.observe({}).items():
                 for name, value in mirror.split(feature, np.asarray(values[None], np.float64)).items():
                     if name in true:
