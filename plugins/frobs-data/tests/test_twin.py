@@ -102,6 +102,7 @@ def test_a_robot_that_does_not_move_is_not_identified(tmp_path: Path) -> None:
     result = CliRunner().invoke(program(), arguments, catch_exceptions=False)
     assert "not identified: delay: record a motion" in result.output
     assert "joint_6: it moves by less than 0.02" in result.output
+    assert "\nrandomize:\n  observation_noise:\n    joint_positions:\n" in result.output
     text = (tmp_path / "twin.yaml").read_text()
     assert "joint_positions" in text
     assert not any(name in text for name in ("delay", "stiffness", "damping"))

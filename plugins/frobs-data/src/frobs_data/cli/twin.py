@@ -62,7 +62,10 @@ def twin(
     for problem in found.problems:
         print_note(f"not identified: {problem}")
     print_line()
-    print_line(text.rstrip() if out is None else f"written to {out}")
+    for line in text.splitlines():
+        print_line(line)
+    if out is not None:
+        print_note(f"written to {out}")
 
 
 def _rows(found: Twin) -> list[list[str]]:
