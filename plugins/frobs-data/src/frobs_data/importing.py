@@ -72,7 +72,7 @@ def import_bags(
         out: Folder of the data set to write.
         namespace: Namespace of the robot's topics.
         remappings: Topics with other names, such as ``"joint_states:=/arm/joint_states"``.
-        commands: What the robot was told to do: ``"forward"`` for forwarded commands, ``"trajectory"``, or
+        commands: Source of the robot's commands: ``"forward"`` for forwarded commands, ``"trajectory"``, or
             ``"measured"`` for the positions that were measured one step later. None uses the topic that is in the bag.
         goal: Goal of all episodes, (3,) [m] in the world frame. None reads it from the bag.
         max_gap: Largest age of a measurement [s]. By default three control steps, at least 0.2 s.

@@ -66,7 +66,9 @@ class Mirror:
         terms = base.observations.terms
         others = [name for name, term in terms.items() if not term.is_vector and term.dtype != "uint8"]
         if others:
-            raise RunError(f"the images {', '.join(others)} are no color images; use an environment without them.")
+            raise RunError(
+                f"the images {', '.join(others)} do not have the colors red, green and blue; use an environment without them."
+            )
         self.images = {name: term.low.shape[:2] for name, term in terms.items() if not term.is_vector}
         self.sizes = {name: len(term.low) for name, term in terms.items() if term.is_vector}
         self.features: dict[str, Feature] = {
@@ -155,8 +157,8 @@ class Mirror:
         before, (columns, signs) = self.env.control.snapshot(), self._axes
         size = len(columns)
         ends = [self._respond(np.full(size, end), before) for end in (-1.0, 0.0, 1.0)]
-        wanted = command[columns] * signs
-        target = np.clip(wanted, ends[0], ends[2])
+        requested = command[columns] * signs
+        target = np.clip(requested, ends[0], ends[2])
         # At a limit, several actions have the same command: take the one that is nearest to 0.
         first = self._bisect(before, lambda commands: commands < target - _EQUAL)
         last = self._bisect(before, lambda commands: commands <= target + _EQUAL)
@@ -164,7 +166,7 @@ class Mirror:
         # A command that jumps at 0 is that of a gripper which only opens or closes.
         jumps = (np.abs(action) < _SMALL) & (np.abs(ends[1] - target) > 1e-3 * (ends[2] - ends[0]))
         action = np.where(jumps, np.sign(target - ends[1]), action).astype(np.float32)
-        return action, bool((np.abs(self._respond(action.astype(float), before) - wanted) > _REACHED).any())
+        return action, bool((np.abs(self._respond(action.astype(float), before) - requested) > _REACHED).any())
 
     def _bisect(self, before: Snapshot, is_below: Callable[[Floats], np.ndarray[Any, Any]]) -> Floats:
         """Return the action at which ``is_below``, a function of the commands, stops being true, (k,)."""

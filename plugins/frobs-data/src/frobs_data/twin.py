@@ -310,11 +310,11 @@ class _Fit:
         matrix, error = np.concatenate(blocks), np.concatenate(errors)
         scale = max(float(np.sqrt(np.mean(error**2))), _LEAST_NOISE)
         prior = np.eye(count, matrix.shape[1]) / _PRIOR
-        whole = np.concatenate([matrix / scale, prior])
-        change = np.linalg.lstsq(whole, np.concatenate([error / scale, -self._logs / _PRIOR]), rcond=None)[0]
+        weighted = np.concatenate([matrix / scale, prior])
+        change = np.linalg.lstsq(weighted, np.concatenate([error / scale, -self._logs / _PRIOR]), rcond=None)[0]
         logs = np.clip(self._logs + np.clip(change[:count], -_LONGEST, _LONGEST), -_FARTHEST, _FARTHEST)
         delays = np.clip(self._delays + np.clip(change[count:], -0.5, 0.5), 0.0, self._max_delay)
-        return float((error**2).sum()), logs, delays, np.linalg.pinv(whole.T @ whole)
+        return float((error**2).sum()), logs, delays, np.linalg.pinv(weighted.T @ weighted)
 
     def predict(self) -> list[Floats]:
         """Return positions and velocities of each episode, (n − 1, 2, dof), with the fitted delays and gains."""

@@ -31,7 +31,7 @@ class ImportOptions:
     Attributes:
         namespace: Namespace of the robot's topics.
         remap: Rename a topic, such as joint_states:=/arm/joint_states. Repeatable.
-        commands: Topic that contains what the robot was told to do. 'measured' uses the measured positions, for a robot
+        commands: Topic that contains the commands of the robot. 'measured' uses the measured positions, for a robot
             that was guided by hand.
         goal: Goal of all episodes in meters, in the world frame.
         max_gap: Largest age of a measurement in seconds.

@@ -31,8 +31,8 @@ def twin(
     """Identify delay, jitter, noise and the gains of the drives of a recorded robot, and write them for training.
 
     The data set must contain commands and measured joint positions of motions in free space: 'frobs record' with the
-    simulator 'ros2' or another real robot, or 'frobs data import'. What the motions do not determine is listed, and not
-    written.
+    simulator 'ros2' or another real robot, or 'frobs data import'. Quantities that the motions do not determine are listed,
+    and not written.
 
     Example:
         $ frobs data twin data/robot --out twin.yaml
