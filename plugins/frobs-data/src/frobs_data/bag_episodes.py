@@ -26,8 +26,6 @@ from frobs_data.bags import Bag
 from frobs_data.errors import DataError
 from frobs_data.mirror import GOAL_TERMS, MEASURED_TERMS, Mirror
 
-__all__ = ["COMMANDS", "BagEpisode", "Resampler"]
-
 FORWARDED, PLANNED, MEASURED = COMMANDS = ("forward", "trajectory", "measured")
 """Sources of the commands."""
 

@@ -14,8 +14,6 @@ from frobs_data.bags import Bag
 from frobs_data.budgets import BAG_BUDGET, BUDGET
 from frobs_data.errors import DataError
 
-__all__ = ["Samples", "TopicNames", "picture_of", "read_topics"]
-
 JOINT_STATES, TRAJECTORY, GRIPPER = (
     "joint_states",
     "joint_trajectory_controller/joint_trajectory",

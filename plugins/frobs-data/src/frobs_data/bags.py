@@ -20,8 +20,6 @@ from frobs_core.util.yaml import load_yaml
 from frobs_data.budgets import BAG_BUDGET
 from frobs_data.errors import DataError
 
-__all__ = ["Bag"]
-
 _REPAIR = "record it again, or repair its index with 'ros2 bag reindex'"
 _MOST_PADDING = 64  # [bytes]
 _SUFFIXES = (".mcap", ".db3")

@@ -26,8 +26,6 @@ from frobs_train.environments import make_env
 from frobs_train.runs.policy_run import PolicyRun
 from frobs_train.runs.versions import versions
 
-__all__ = ["Imported", "import_bags"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Imported:

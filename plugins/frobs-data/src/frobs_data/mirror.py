@@ -16,8 +16,6 @@ from frobs_core.util.rotations import quat_rotate
 from frobs_data.layout import Feature
 from frobs_data.recorded_features import ENVIRONMENT_STATE, STATE, Vectors, picture_features
 
-__all__ = ["GOAL_TERMS", "MEASURED_TERMS", "Mirror"]
-
 MEASURED_TERMS = frozenset(("joint_positions", "joint_velocities", "joint_efforts", "gripper_opening")) | {
     *("tcp_position", "tcp_velocity", "tcp_pose", "achieved_goal")
 }

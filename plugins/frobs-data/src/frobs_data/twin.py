@@ -22,8 +22,6 @@ from frobs_data.recorded_features import ACTION
 from frobs_data.replaying import read_settings
 from frobs_train.environments import is_paced, make_env, make_vector_env
 
-__all__ = ["Estimate", "Twin", "identify"]
-
 GAINS = ("stiffness", "damping")
 _POSITIONS = "joint_positions"
 _USED = {CommandMode.POSITION: GAINS, CommandMode.VELOCITY: ("damping",), CommandMode.EFFORT: ()}
