@@ -32,7 +32,9 @@ class Motion:
         observation, _ = env.reset(seed=1)
         self.names = env.robot.joint_names
         self.messages = [goal(0.0, env.task.goal[0])]
-        self.actions, self.observations, self.rewards = [], [], []
+        self.actions: list[Any] = []
+        self.observations: list[Any] = []
+        self.rewards: list[float] = []
         self.positions = [env.robot.joint_positions[0].copy()]
         for k in range(STEPS):
             time = 0.1 + k * STEP
@@ -136,7 +138,7 @@ def test_the_topic_observation_separates_episodes_and_reports_terms(motion: Moti
         )
         for k in range(STEPS + 1)
     ]
-    messages += [("/robot" + topic, *rest) for topic, *rest in motion.without("/goal")]
+    messages += [(f"/robot{each[0]}", *each[1:]) for each in motion.without("/goal")]
     bag = write_bag(tmp_path / "bag", messages)
     dataset = import_bags([bag], REACH, tmp_path / "data", namespace="robot").dataset
     assert [episode.length for episode in dataset.episodes] == [19, 19]  # the third has no commands

@@ -412,7 +412,7 @@ def _noise(
             rough[name].append((np.diff(difference, 4, axis=0)[1:-1] ** 2 / 70.0).reshape(-1))
             squares = (values[2:] - values[:-2]) ** 2 / 4.0
             parts = [weight * squares[i : len(squares) - 4 + i] for i, weight in enumerate((1, 16, 36, 16, 1))]
-            speed[name].append(sum(parts).reshape(-1) / 70.0)
+            speed[name].append(np.sum(parts, axis=0).reshape(-1) / 70.0)
     noise, jitter = {}, 0.0
     for name in names:
         variance, late = _variance(np.concatenate(rough[name]), np.concatenate(speed[name]))
