@@ -1,6 +1,8 @@
 """Parts of the policy node against the environments in which policies are trained."""
 
 import ast
+import json
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -12,6 +14,7 @@ import pytest
 import frobs_deploy
 import frobs_ros2
 from frobs_core.plugins.registry import pretrained_path
+from frobs_core.util.plain import to_json
 from frobs_deploy import Policy, read_bundle
 from frobs_ros2.errors import SettingsError
 from frobs_ros2.policy_node.actions import Actions
@@ -46,9 +49,9 @@ def test_observations_and_commands_equal_those_of_the_environment(id: str, contr
     kinematics = Kinematics(robot_description(env.robot), manifest.joint_names)
     observer = Observer(manifest, bundle.manifest["robot"]["tcp"], kinematics)
     robot = env.robot
-    limits = [getattr(robot, f"{name}")[0] for name in ("position_lower", "position_upper", "velocity_limit")]
-    parameters = {"max_delta": 0.15}
-    actions = Actions(controller, parameters, *limits, robot.effort_limit[0], env.control_timestep)
+    names = ("position_lower", "position_upper", "velocity_limit", "effort_limit")
+    limits = np.array([getattr(robot, name)[0] for name in names])
+    actions = Actions(controller, {"max_delta": 0.15}, (), manifest.joint_names, limits, env.control_timestep)
     sent: list[Any] = []
     command = robot.command
     robot.command = lambda values: (sent.append(values.copy()), command(values))
@@ -71,6 +74,44 @@ def test_observations_and_commands_equal_those_of_the_environment(id: str, contr
         ours = actions.convert(action, inputs.joint_positions)
         observation, *_ = env.step(action)
         np.testing.assert_allclose(ours, sent[-1][0], atol=1e-9)
+    env.close()
+
+
+FREE = {"free_yaw": True, "axes": ["x", "z", "rx"]}
+GRIPPERS = ("gripper_position", "gripper_delta", "gripper_binary")
+
+
+@pytest.mark.parametrize(
+    ("id", "kwargs"),
+    [
+        *[("frobs/Ur5PickAndPlace-v0", {"controller": {"arm": "tcp_delta_pose", "gripper": name}}) for name in GRIPPERS],
+        ("frobs/Ur5Reach-v0", {"controller": "tcp_delta_pose", "controller_kwargs": FREE}),
+        ("frobs/KobukiMaze-v0", {}),
+    ],
+)  # fmt: skip
+def test_commands_equal_those_of_controllers_with_laws(id: str, kwargs: dict[str, Any]) -> None:
+    env = environment(id, **kwargs)
+    robot, joints = env.robot, env.robot.joint_names
+    kinematics = Kinematics(robot_description(robot), joints)
+    laws = json.loads(to_json([controller.law() for controller in env.control.controllers.values()]))
+    name = str(laws[0]["law"])
+    actions = Actions(name, {}, laws, joints, np.zeros((4, len(joints))), env.control_timestep, kinematics)
+    sent: list[Any] = []
+    command = robot.command
+    robot.command = lambda values: (sent.append(values.copy()), command(values))
+    env.reset(seed=2)
+    actions.reset(robot.joint_positions[0])
+    rng = np.random.default_rng(0)
+    action = rng.uniform(-1.0, 1.0, env.action_space.shape).astype(np.float32)
+    for step in range(60):
+        if step % 6 == 0:  # keeps its direction, so that joints and the tool reach their limits
+            action = rng.uniform(-1.5, 1.5, env.action_space.shape).astype(np.float32)
+        ours = actions.convert(action, robot.joint_positions[0].copy())
+        env.step(action)
+        if name == "differential_drive":
+            drive = robot.robot.differential_drive
+            ours = (ours[0] + 0.5 * drive.separation * np.array([-1.0, 1.0]) * ours[1]) / drive.wheel_radius
+        np.testing.assert_allclose(ours, sent[-1][0], atol=1e-6)
     env.close()
 
 
@@ -102,12 +143,18 @@ def test_transforms_lead_from_the_world_to_each_link(id: str) -> None:
     env.close()
 
 
-def test_bundle_with_an_unsupported_controller_is_named() -> None:
+def test_bundle_whose_controllers_cannot_be_converted_is_named() -> None:
     bundle = read_bundle(pretrained_path("frobs/PandaPush-v0"))
-    (problem,) = bundle_problems(bundle, {})
-    assert "tcp_delta_pose" in problem
+    (problem,) = bundle_problems(bundle, (), "forward")
+    assert "numbers of its controller 'tcp_delta_pose'" in problem
+    law = {"law": "tcp_delta_pose", "interpolate": True, "joints": ["elsewhere"]}
+    problems = " ".join(bundle_problems(bundle, [law], "forward"))
+    assert "--interface trajectory" in problems
+    assert "the joints elsewhere" in problems
+    other = {**bundle.manifest, "controller": {"name": "tcp_impedance"}}
+    (problem,) = bundle_problems(replace(bundle, manifest=other), (), "forward")
+    assert "tcp_impedance" in problem
     assert "--simulator ros2" in problem
-    assert len(list(bundle_problems(read_bundle(pretrained_path("frobs/KobukiMaze-v0")), {}))) == 2
 
 
 JOINT = '<joint name="{0}" type="fixed"><parent link="{1}"/><child link="{2}"/></joint>'

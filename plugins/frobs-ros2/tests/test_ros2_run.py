@@ -20,12 +20,15 @@ def ended(process: Process) -> Any:
     return process.result()
 
 
-def test_policy_in_lockstep_succeeds_as_in_evaluate(ros2: Start) -> None:
-    node = ros2("frobs", "ros2", "run", ID, "--lockstep", "--json")
-    result = ros2("frobs", "ros2", "serve", ID, "--lockstep", "--episodes", 20, "--json").result()
-    assert result == {"episodes": 20, "successes": 20}  # as 'frobs evaluate' with these seeds
+@pytest.mark.parametrize(
+    ("id", "episodes"), [(ID, 20), ("frobs/Ur5PickAndPlace-v0", 5), ("frobs/KobukiMaze-v0", 3)]
+)
+def test_policy_in_lockstep_succeeds_as_in_evaluate(ros2: Start, id: str, episodes: int) -> None:
+    node = ros2("frobs", "ros2", "run", id, "--lockstep", "--json")
+    result = ros2("frobs", "ros2", "serve", id, "--lockstep", "--episodes", episodes, "--json").result()
+    assert result == {"episodes": episodes, "successes": episodes}  # as 'frobs evaluate' with these seeds
     report = ended(node)
-    assert report["episodes"] == 20
+    assert report["episodes"] == episodes
     assert report["late"] == 0
     assert not set(report["changed"]) - {"measurement"}
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import gymnasium as gym
 import numpy as np
 
@@ -104,6 +107,7 @@ class DifferentialDrive(Controller):
         self._velocity, self._wanted, self._bound = np.zeros(pair), np.zeros(pair), np.zeros(pair)
         self._wheels, self._turning = np.zeros(shape), np.zeros(shape)
         self._minus_ones, self._down = -self._ones, -self._up
+        self._joints = joints.joint_names
         self.action_space = gym.spaces.Box(-1.0, 1.0, (2,), np.float32)
 
     def _acceleration(self, which: str, of_the_robot: float | None, unit: str) -> float:
@@ -138,6 +142,18 @@ class DifferentialDrive(Controller):
             excess = np.maximum.reduce(np.abs(wheels) / self._wheel_limit, axis=-1, keepdims=True, initial=1.0)
             np.divide(wheels, excess, out=wheels)
         return wheels
+
+    def law(self) -> Mapping[str, Any]:
+        """Return the numbers of the law: base velocity = action · max_velocity, changed by at most max_change per step.
+
+        Both have a linear [m/s] and an angular component [rad/s].
+        """
+        return {
+            "law": _OWNER,
+            "joints": list(self._joints),
+            "max_velocity": self._scale[0].tolist(),
+            "max_change": self._up[0].tolist(),
+        }
 
     def stored_arrays(self) -> Snapshot:
         """Return the commanded base velocities."""

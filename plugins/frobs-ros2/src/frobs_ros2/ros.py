@@ -11,6 +11,7 @@ import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ FEATURES = {
 """Features that require message types that the wheels of ROS 2 do not contain, by package."""
 
 
+@cache
 def message_type(name: str) -> Any:
     """Return a message, service or action type.
 
@@ -115,18 +117,21 @@ class Node:
         name: Name of the node.
         arguments: Arguments for rclpy, from :func:`ros_arguments`.
         network: Whether to reach other machines.
+        parameter_services: Whether other nodes may read and set the parameters.
 
     Attributes:
         node: The node of rclpy.
     """
 
-    def __init__(self, name: str, arguments: Sequence[str] = (), network: bool = False) -> None:
+    def __init__(
+        self, name: str, arguments: Sequence[str] = (), network: bool = False, parameter_services: bool = True
+    ) -> None:
         set_reach(network)
         self._rclpy = find_rclpy()
         self._stopped = False
         self._context = self._rclpy.Context()
         self._rclpy.init(args=list(arguments), context=self._context)
-        self.node = self._rclpy.create_node(name, context=self._context)
+        self.node = self._rclpy.create_node(name, context=self._context, start_parameter_services=parameter_services)
         from rclpy.executors import SingleThreadedExecutor
 
         self._executor = SingleThreadedExecutor(context=self._context)

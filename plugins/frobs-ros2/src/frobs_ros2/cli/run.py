@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -95,9 +96,11 @@ def run(
     from frobs_ros2.policy_node.node import Settings
     from frobs_ros2.ros import ros_arguments
 
-    path = Path(bundle) if Path(bundle).is_file() else Path(pretrained_path(bundle))
+    path, laws = Path(bundle), []
+    if not path.is_file():
+        path, laws = Path(pretrained_path(bundle)), _laws(bundle)
     settings = Settings(
-        bundle=path, goal=goal, interface=interface, topic=topic, lockstep=lockstep, dry_run=dry_run, seconds=seconds,
+        bundle=path, laws=laws, goal=goal, interface=interface, topic=topic, lockstep=lockstep, dry_run=dry_run, seconds=seconds,
         speed=speed, acceleration=acceleration, workspace=workspace, slow_start=slow_start, max_age=max_age,
         deadman=deadman, log=log,
     )  # fmt: skip
@@ -110,3 +113,13 @@ def run(
             f"{report.commands:,} commands, {report.late} late, {report.holds} holds; from joint state to command: "
             f"{median:.2f} ms (median), {most:.2f} ms (99 %)"
         )
+
+
+def _laws(id: str) -> list[Mapping[str, Any]]:
+    """Return the laws of an ID's controllers, which trained policies from before FRobs 0.3 do not contain."""
+    from contextlib import closing
+
+    import gymnasium as gym
+
+    with closing(gym.make(f"frobs_core:{id.removeprefix('frobs_core:')}", disable_env_checker=True)) as env:
+        return [controller.law() for controller in env.unwrapped.control.controllers.values()]

@@ -8,19 +8,20 @@ from typing import Any
 import numpy as np
 
 from frobs_deploy import Bundle, Manifest
-from frobs_ros2.policy_node.actions import CONTROLLERS
+from frobs_ros2.policy_node.actions import CONTROLLERS, GRIPPERS
 from frobs_ros2.policy_node.kinematics import Kinematics
 from frobs_ros2.policy_node.observation import Inputs, Observer
 
 _SAME = 1e-3  # relative
 
 
-def bundle_problems(bundle: Bundle, parameters: Mapping[str, Any]) -> Iterator[str]:
+def bundle_problems(bundle: Bundle, laws: Sequence[Mapping[str, Any]], interface: str) -> Iterator[str]:
     """Say why a bundle cannot be used by a node, whatever the robot is like.
 
     Args:
         bundle: The bundle.
-        parameters: Parameters of its controller.
+        laws: Laws of its controllers.
+        interface: Type of the commands.
     """
     data = bundle.manifest
     if data["robot"] is None:
@@ -29,17 +30,28 @@ def bundle_problems(bundle: Bundle, parameters: Mapping[str, Any]) -> Iterator[s
     if data["environment"]["wrappers"]:
         yield "the policy was trained with wrappers, which bundles do not contain; train it without them"
     controller = data.get("controller") or {}
-    name = controller.get("name")
+    name, kinds = controller.get("name"), [law.get("law") for law in laws]
     if name not in CONTROLLERS:
         supported = ", ".join(CONTROLLERS)
         yield (
             f"the controller '{name}' is not supported by this node, which supports {supported}; use the policy with "
             "the simulator 'ros2' instead, for example: frobs play ID --policy FILE --simulator ros2"
         )
-    elif name == "differential_drive":
-        for limit in ("max_linear_velocity", "max_angular_velocity"):
-            if not parameters.get(limit):
-                yield f"the bundle does not contain {limit}; set it: --param {limit}:=VALUE"
+        return
+    if name in ("differential_drive", "tcp_delta_pose") and name not in kinds:
+        yield (
+            f"the bundle does not contain the numbers of its controller '{name}', as an earlier version wrote it; use "
+            "'frobs ros2 run', which computes them, or write the bundle again: frobs export"
+        )
+        return
+    if CONTROLLERS[name] != "position" and set(kinds) & {*GRIPPERS}:
+        yield f"the policy commands a gripper beside '{name}', which this node does not support; use joint positions"
+    if any(law.get("interpolate") for law in laws) and interface != "trajectory":
+        yield "the controller interpolated between its commands in training; set --interface trajectory"
+    joints = [str(joint["name"]) for joint in data["robot"]["joints"]]
+    others = sorted({joint for law in laws for joint in law.get("joints", ())} - set(joints))
+    if others:
+        yield f"its controllers move the joints {', '.join(others)}, which its robot does not have; export it again"
 
 
 def robot_problems(
@@ -74,12 +86,13 @@ def robot_problems(
             f"joint_states arrives at {rate:.0f} Hz, but the policy needs {1 / timestep:.0f} Hz; publish it faster, or "
             "train with a larger control_timestep"
         )
+    needs_tool = observer.needs_tool or (bundle.manifest["controller"] or {}).get("name") == "tcp_delta_pose"
     if kinematics is None:
-        if observer.needs_tool:
-            yield "the topic robot_description is missing, but the observation needs the tool's position; publish it"
+        if needs_tool:
+            yield "the topic robot_description is missing, but the policy needs the tool's position; publish it"
     else:
         tcp = str(bundle.manifest["robot"]["tcp"])
-        if observer.needs_tool and not kinematics.has_link(tcp):
+        if needs_tool and not kinematics.has_link(tcp):
             yield f"the robot description has no link '{tcp}', which is the policy's tool center point; add it"
         for joint in bundle.manifest["robot"]["joints"]:
             yield from _limit_problems(joint, kinematics)

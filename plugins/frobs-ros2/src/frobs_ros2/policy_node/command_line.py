@@ -25,7 +25,7 @@ def run(settings: Settings, arguments: Sequence[str] = (), network: bool = False
     Raises:
         DeployError: The bundle or the robot cannot be used.
     """
-    with running(Node("frobs_policy", arguments, network)) as node:
+    with running(Node("frobs_policy", arguments, network, parameter_services=False)) as node:
         print(f"running {settings.bundle}; press Ctrl-C to stop; {advice()}", file=sys.stderr, flush=True)  # noqa: T201
         node.stop_on_signals()
         return PolicyNode(node, settings).run()

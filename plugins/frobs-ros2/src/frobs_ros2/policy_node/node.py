@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -23,6 +24,7 @@ from frobs_ros2.safety import Array, Limits, SafetyFilter
 _ON_TIME = 1e-6  # [s] rounding of stamps
 _CLOCKS_APART = 2.0  # [s]
 _RATE_MESSAGES = 20  # joint states over which their rate is measured
+_ONE_PER_STEP = 1.5  # joint states per control step below which each of them leads to a command
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,6 +33,7 @@ class Settings:
 
     Attributes:
         bundle: The bundle.
+        laws: Laws of its controllers, if the bundle does not contain them.
         goal: Goal in the world frame, (3,) [m], or None if a topic provides it.
         interface: ``"forward"`` or ``"trajectory"``: type of the commands.
         topic: Topic of the commands, or empty for the usual name.
@@ -49,6 +52,7 @@ class Settings:
     """
 
     bundle: Path
+    laws: Sequence[Mapping[str, Any]] = ()
     goal: Sequence[float] | None = None
     interface: str = "forward"
     topic: str = ""
@@ -107,12 +111,8 @@ class PolicyNode:
         manifest = self.policy.manifest
         data = self._bundle.manifest
         controller = data.get("controller") or {}
-        self._parameters = dict(controller.get("parameters") or {})
-        for name in ("max_linear_velocity", "max_angular_velocity"):
-            value = float(node.parameter(name, 0.0))
-            if value > 0.0:
-                self._parameters[name] = value
-        self._refuse(list(bundle_problems(self._bundle, self._parameters)))
+        self._laws = list(controller.get("laws") or settings.laws)
+        self._refuse(list(bundle_problems(self._bundle, self._laws, settings.interface)))
         if settings.interface not in ("forward", "trajectory"):
             raise SettingsError(f"interface is '{settings.interface}'; it must be forward or trajectory.")
         self._timestep = float(manifest.control_timestep or 0.0)
@@ -121,17 +121,21 @@ class PolicyNode:
         self._fresh, self._arrived = False, -np.inf
         self._stamps: list[tuple[float, float]] = []
         self._urdf = ""
+        self._early = _ON_TIME
         self._restart = False
         self._deadman = (False, -np.inf)
         self._subscribe()
         self.kinematics, self._observer = self._await_robot()
         self._limits = self._joint_limits()
-        joints = (self._limits.lower, self._limits.upper, self._limits.velocity, self._limits.effort)
-        self._actions = Actions(controller["name"], self._parameters, *joints, self._timestep)
-        self._drives = self._actions.name == "differential_drive"
+        self._actions = self._connect_actions(controller)
+        self._drives = controller["name"] == "differential_drive"
         self._filter = SafetyFilter(
             self._wheel_limits() if self._drives else self._limits, self._timestep, self._tool(), settings.log
         )
+        self._arm = [i for i in range(len(manifest.joint_names)) if i not in self._actions.fingers]
+        self._gripper: Any = None
+        if self._actions.fingers:
+            self._gripper = self._publisher_of("std_msgs/msg/Float64MultiArray", "gripper_controller/commands")
         self._publisher, self._message = self._connect()
         self.report = Report()
         self._cycles: list[float] = []
@@ -140,6 +144,7 @@ class PolicyNode:
         """Act until the node is shut down or the time is over, make the robot hold, and return statistics."""
         settings, node = self._settings, self._node
         began, due, episode = time.monotonic(), -np.inf, -1.0
+        gc.freeze()  # what exists now stays, so the garbage collector need not look at it in each step
         try:
             while node.ok() and not (settings.seconds and time.monotonic() - began > settings.seconds):
                 node.spin(0.02)
@@ -160,11 +165,12 @@ class PolicyNode:
                 if reason:
                     self._hold(reason, now)
                     continue
-                if inputs.stamp < due - _ON_TIME:
+                if inputs.stamp < due - self._early:
                     continue
                 self._act(positions, now)
-                self.report.late += inputs.stamp - due > 0.5 * self._timestep
-                due = max(due + self._timestep, inputs.stamp)
+                late = inputs.stamp - due
+                self.report.late += late > 0.5 * self._timestep
+                due = (due if late < self._timestep else inputs.stamp) + self._timestep
         finally:
             if self.report.commands:
                 self._hold("the node ends", self._now())
@@ -218,7 +224,9 @@ class PolicyNode:
             row = " ".join(f"{name}={value:.4f}" for name, value in zip(names, command.tolist(), strict=True))
             self._node.node.get_logger().info(f"would send {self._actions.mode}: {row}")
         else:
-            self._publisher.publish(self._message(command))
+            if self._gripper is not None:
+                self._gripper.publish(self._array(command[self._actions.fingers]))
+            self._publisher.publish(self._message(command if self._drives else command[self._arm]))
 
     def _is_complete(self) -> bool:
         if not self._fresh:
@@ -241,11 +249,14 @@ class PolicyNode:
 
     def _subscribe(self) -> None:
         node = self._node
-        # The executor handles topics in this order, and the joint states complete the inputs of a step.
+        # The executor handles topics in this order, and the joint states complete the inputs of a step. Each topic
+        # costs time in each step, so only those that are used are subscribed to.
         node.subscribe("sensor_msgs/msg/JointState", "observation", self._on_numbers)
         node.subscribe("sensor_msgs/msg/JointState", "joint_states", self._on_joints)
-        node.subscribe("geometry_msgs/msg/PointStamped", "goal", self._on_goal)
-        node.subscribe("std_msgs/msg/Bool", "deadman", self._on_deadman)
+        if self._settings.goal is None:
+            node.subscribe("geometry_msgs/msg/PointStamped", "goal", self._on_goal)
+        if self._settings.deadman:
+            node.subscribe("std_msgs/msg/Bool", "deadman", self._on_deadman)
         node.subscribe("std_msgs/msg/String", "robot_description", self._on_description, latched=True)
         node.service("std_srvs/srv/Trigger", "~/reset", self._on_reset)
         for key in self.policy.manifest.images:
@@ -321,6 +332,9 @@ class PolicyNode:
                 "set --param use_sim_time:=true, and for a robot, synchronize the clocks of the machines"
             )
         self._refuse(problems)
+        if rate is not None:  # jitter of the joint states must not make the node skip a step
+            steps = rate * self._timestep
+            self._early = self._timestep if steps < _ONE_PER_STEP else 0.5 / rate
         return kinematics, observer
 
     def _refuse(self, problems: list[str]) -> None:
@@ -352,11 +366,27 @@ class PolicyNode:
             deadman=settings.deadman,
         )
 
+    def _connect_actions(self, controller: Mapping[str, Any]) -> Actions:
+        limits, names = self._limits, self.policy.manifest.joint_names
+        arrays = np.array([limits.lower, limits.upper, limits.velocity, limits.effort])
+        parameters = dict(controller.get("parameters") or {})
+        size = int(np.prod(self.policy.manifest.action.shape))
+        try:
+            made = Actions(controller["name"], parameters, self._laws, names, arrays, self._timestep, self.kinematics)
+        except (KeyError, TypeError, ValueError) as error:
+            raise NotReadyError(
+                self._bundle.path, [f"its controllers are damaged ({error!r}); export it again"]
+            ) from error
+        if made.width != size:
+            self._refuse([f"its action has {size} components, but its controllers use {made.width}; export it again"])
+        return made
+
     def _wheel_limits(self) -> Limits:
-        fastest = [float(self._parameters[f"max_{name}_velocity"]) for name in ("linear", "angular")]
+        (law,) = self._laws
+        fastest = np.array(law["max_velocity"], float)
         unlimited = np.full(2, np.inf)
         return Limits(
-            joint_names=("linear", "angular"), lower=-unlimited, upper=unlimited, velocity=np.array(fastest),
+            joint_names=("linear", "angular"), lower=-unlimited, upper=unlimited, velocity=fastest,
             effort=unlimited, acceleration=self._settings.acceleration, speed=self._settings.speed,
             slow_start=self._limits.slow_start, max_age=self._limits.max_age, deadman=self._limits.deadman,
         )  # fmt: skip
@@ -367,11 +397,11 @@ class PolicyNode:
             return None
         if kinematics is None or not kinematics.has_link(tcp):
             raise NotReadyError(self._bundle.path, [f"the workspace needs a robot_description with the link '{tcp}'"])
-        return lambda positions: kinematics.pose(tcp, positions)[0]
+        return kinematics.chain(tcp).position
 
     def _connect(self) -> tuple[Any, Any]:
         """Return the publisher of the commands, and the function that makes their messages."""
-        node, settings = self._node, self._settings
+        settings = self._settings
         if self._drives:
             kind, topic, message = "geometry_msgs/msg/Twist", "cmd_vel", self._twist
         elif settings.interface == "trajectory":
@@ -382,17 +412,19 @@ class PolicyNode:
             kind, message = "std_msgs/msg/Float64MultiArray", self._array
         if settings.interface == "trajectory" and self._actions.mode != "position":
             raise SettingsError("the interface trajectory requires a policy that commands positions; use forward.")
-        publisher = node.publisher(kind, settings.topic or topic)
-        if not settings.dry_run and not node.spin_until(lambda: publisher.get_subscription_count() > 0, 10.0):
-            full = node.node.resolve_topic_name(settings.topic or topic)
+        return self._publisher_of(kind, settings.topic or topic), message
+
+    def _publisher_of(self, kind: str, topic: str) -> Any:
+        """Return a publisher to which a controller listens."""
+        node = self._node
+        publisher = node.publisher(kind, topic)
+        if not self._settings.dry_run and not node.spin_until(lambda: publisher.get_subscription_count() > 0, 10.0):
+            full = node.node.resolve_topic_name(topic)
             types = [kinds for name, kinds in node.node.get_topic_names_and_types() if name == full]
-            found = (
-                f"it has the types {', '.join(sorted(set(types[0]) - {kind}))}" if types and len(types[0]) > 1 else ""
-            )
-            self._refuse(
-                [f"no controller listens to {full} ({kind}){found and ', but '}{found}; start it, or set --topic"]
-            )
-        return publisher, message
+            others = sorted({*(types[0] if types else ())} - {kind})
+            found = f", but it has the type {', '.join(others)}" if others else ""
+            self._refuse([f"no controller listens to {full} ({kind}){found}; start it, or set --topic"])
+        return publisher
 
     def _array(self, command: Array) -> Any:
         return message_type("std_msgs/msg/Float64MultiArray")(data=command.tolist())
@@ -406,5 +438,5 @@ class PolicyNode:
         point = message_type("trajectory_msgs/msg/JointTrajectoryPoint")(positions=command.tolist())
         point.time_from_start.sec, rest = divmod(round(1e9 * self._timestep), 10**9)
         point.time_from_start.nanosec = rest
-        names = list(self.policy.manifest.joint_names)
+        names = [self.policy.manifest.joint_names[i] for i in self._arm]
         return message_type("trajectory_msgs/msg/JointTrajectory")(joint_names=names, points=[point])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -64,7 +64,7 @@ class Observer:
     """
 
     def __init__(self, manifest: Manifest, tcp: str, kinematics: Kinematics | None) -> None:
-        self._manifest, self._tcp, self._kinematics = manifest, tcp, kinematics
+        self._manifest = manifest
         flat = manifest.observation.get("") or manifest.observation.get("observation")
         self._bounds: dict[str, tuple[Array, Array]] = {}
         if flat is not None:
@@ -73,8 +73,7 @@ class Observer:
         self._keys = [key for key in manifest.observation if key not in ("", "observation", *manifest.images)]
         self.widths = {name: columns.stop - columns.start for name, columns in manifest.terms.items()}
         self.widths |= {key: int(np.prod(manifest.observation[key].shape)) for key in self._keys}
-        if kinematics is not None:
-            self._shoulder = kinematics.first_moving_link(tcp)
+        self._arm = kinematics.chain(tcp) if kinematics is not None and kinematics.has_link(tcp) else None
 
     def needs(self, *names: str) -> bool:
         """Return whether the observation contains any of the terms."""
@@ -92,7 +91,7 @@ class Observer:
 
     def others(self) -> list[str]:
         """Return the terms that must come from the topic ``observation``."""
-        known = {*_JOINTS, *(_TOOL if self._kinematics is not None else ()), *_GOAL}
+        known = {*_JOINTS, *(_TOOL if self._arm is not None else ()), *_GOAL}
         return [name for name in self.widths if name not in known]
 
     def read(self, inputs: Inputs) -> Array | Mapping[str, Array]:
@@ -115,26 +114,22 @@ class Observer:
             parts["observation"] = flat
         return {**parts, **{key: inputs.images[key] for key in self._manifest.images}}
 
-    def _terms(self, inputs: Inputs) -> dict[str, Callable[[], Array]]:
-        """Return functions that compute terms from the inputs."""
+    def _terms(self, inputs: Inputs) -> dict[str, Array]:
         goal = inputs.goal
         if goal is None:
             goal = inputs.named.get("goal", inputs.named.get("desired_goal"))
-        terms: dict[str, Callable[[], Array]] = {name: lambda name=name: getattr(inputs, name) for name in _JOINTS}  # type: ignore[misc]
+        terms: dict[str, Array] = {name: getattr(inputs, name) for name in _JOINTS}
         if goal is not None:
-            terms["goal"] = terms["desired_goal"] = lambda: goal
-        if self._kinematics is not None and self.needs_tool:
-            kinematics, positions = self._kinematics, inputs.joint_positions
-            tool = kinematics.pose(self._tcp, positions)[0]
-            terms["tcp_position"] = terms["achieved_goal"] = lambda: tool
+            terms["goal"] = terms["desired_goal"] = goal
+        if self._arm is not None and self.needs_tool:
+            frames = self._arm.frames(inputs.joint_positions)
+            tool, shoulder = frames[-1, :3, 3], frames[self._arm.first_moving, :3, :3]
+            terms["tcp_position"] = terms["achieved_goal"] = tool
             if goal is not None and len(goal) == 3:
-                offset = goal - tool
-                terms["goal_offset"] = lambda: offset
-                terms["goal_from_shoulder"] = lambda: kinematics.pose(self._shoulder, positions)[1].T @ offset
+                terms["goal_offset"] = goal - tool
+                terms["goal_from_shoulder"] = shoulder.T @ (goal - tool)
         return terms
 
-    def _value(self, name: str, inputs: Inputs, terms: Mapping[str, Callable[[], Array]]) -> Array:
-        value = terms[name]() if name in terms else inputs.named[name]
-        if value.shape != (self.widths[name],):
-            value = inputs.named[name]
-        return value
+    def _value(self, name: str, inputs: Inputs, terms: Mapping[str, Array]) -> Array:
+        value = terms.get(name)
+        return value if value is not None and value.shape == (self.widths[name],) else inputs.named[name]

@@ -32,7 +32,7 @@ class ServedRobot:
         watchdog: Time without a forwarded command after which the robot holds [s], or 0 for no watchdog.
 
     Attributes:
-        commands: Number of commands that were accepted.
+        commands: Number of commands that were accepted, without those of the gripper.
         holding: Whether the watchdog has stopped the robot.
     """
 
@@ -52,7 +52,7 @@ class ServedRobot:
         self.arm = [i for i, name in enumerate(handle.joint_names) if name not in wheels and name not in fingers]
         self._fingers = [handle.joint_names.index(name) for name in fingers]
         self.arm_joints = [handle.joint_names[i] for i in self.arm]
-        self.commands, self.time, self.holding = 0, 0.0, False
+        self.commands, self._gripper_commands, self.time, self.holding = 0, 0, 0.0, False
         self.reset()
         if self.arm:
             node.subscribe(
@@ -62,8 +62,9 @@ class ServedRobot:
             )
             for mode in CommandMode:
                 self._forward(f"{namespace}forward_{mode}_controller/commands", mode, self.arm)
+        self._gripper_topic = f"{namespace}gripper_controller/commands"
         if self._fingers:
-            self._forward(f"{namespace}gripper_controller/commands", CommandMode.POSITION, self._fingers)
+            self._forward(self._gripper_topic, CommandMode.POSITION, self._fingers)
         if drive is not None:
             node.subscribe("geometry_msgs/msg/Twist", f"{namespace}cmd_vel", self._drive)
         self._offer_actions()
@@ -81,6 +82,7 @@ class ServedRobot:
         self._trajectory: Trajectory | None = None
         self._offset = np.zeros(self.handle.dof)
         self._deadline, self.holding = np.inf, False
+        self._gripper_commands = self.commands
 
     def follow(self, message: Any) -> None:
         """Begin a trajectory. A message without points stops the robot."""
@@ -126,8 +128,10 @@ class ServedRobot:
         if columns == self.arm:
             self._trajectory = None
             self._offset[:] = 0.0
-        if columns != self._fingers:  # a gripper keeps its last command
-            self._deadline = self.time + self.watchdog if self.watchdog else np.inf
+        if columns == self._fingers:  # a gripper keeps its last command, which does not replace a trajectory
+            self._gripper_commands += 1
+            return
+        self._deadline = self.time + self.watchdog if self.watchdog else np.inf
         self._accept()
 
     def hold(self) -> None:
@@ -176,6 +180,12 @@ class ServedRobot:
             columns = np.array([self.handle.joint_names.index(name) for name in controller.joints.joint_names], int)
             part = rows[:, columns]
             controller.rows = part if len(part) == 1 else part[None]
+
+    def count_steps(self) -> int:
+        """Return the number of steps for which all commands have arrived: also those of a gripper if a node sends any."""
+        if not self._fingers or not self._node.node.count_publishers(self._gripper_topic):
+            self._gripper_commands = self.commands
+        return min(self.commands, self._gripper_commands)
 
     @property
     def is_done(self) -> bool:

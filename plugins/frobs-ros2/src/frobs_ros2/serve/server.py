@@ -183,9 +183,11 @@ class Server:
                 self._reset()
 
     def _await_commands(self) -> None:
-        seen = [robot.commands for robot in self.robots] if self._seen is None else self._seen
+        seen = [robot.count_steps() for robot in self.robots] if self._seen is None else self._seen
         repeat = time.monotonic() + _REPEAT
-        while self.node.ok() and any(robot.commands <= before for robot, before in zip(self.robots, seen, strict=True)):
+        while self.node.ok() and any(
+            robot.count_steps() <= before for robot, before in zip(self.robots, seen, strict=True)
+        ):
             self.node.spin(0.05)
             if time.monotonic() > repeat:
                 self._publish()

@@ -67,6 +67,7 @@ def environment_facts(env: gym.vector.VectorEnv[Any, Any, Any], config: RunConfi
             "name": names.get("controller"),
             "command": controller.command_mode.value,
             "parameters": plain({**parameter_defaults(type(controller)), **base.config.controller_kwargs}),
+            "laws": plain([one.law() for one in base.control.controllers.values()]),
         },
         "action": {
             "space": spaces["action"],
