@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from loopback import measure_loopback, served_arm
 from ros2_processes import Process, Start
 
 pytestmark = pytest.mark.needs("ros2")
@@ -20,9 +21,7 @@ def ended(process: Process) -> Any:
     return process.result()
 
 
-@pytest.mark.parametrize(
-    ("id", "episodes"), [(ID, 20), ("frobs/Ur5PickAndPlace-v0", 5), ("frobs/KobukiMaze-v0", 3)]
-)
+@pytest.mark.parametrize(("id", "episodes"), [(ID, 20), ("frobs/Ur5PickAndPlace-v0", 5), ("frobs/KobukiMaze-v0", 3)])
 def test_policy_in_lockstep_succeeds_as_in_evaluate(ros2: Start, id: str, episodes: int) -> None:
     node = ros2("frobs", "ros2", "run", id, "--lockstep", "--json")
     result = ros2("frobs", "ros2", "serve", id, "--lockstep", "--episodes", episodes, "--json").result()
@@ -31,6 +30,15 @@ def test_policy_in_lockstep_succeeds_as_in_evaluate(ros2: Start, id: str, episod
     assert report["episodes"] == episodes
     assert report["late"] == 0
     assert not set(report["changed"]) - {"measurement"}
+
+
+@pytest.mark.slow
+def test_each_joint_state_at_200_hz_leads_to_a_command(ros2: Start, tmp_path: Path) -> None:
+    for _ in range(3):  # on a busy machine, a process that stands still for 50 ms loses messages
+        result = measure_loopback(ros2, tmp_path, 2_000)
+        if result["arrived"] == result["sent"] == 2_000:
+            return
+    raise AssertionError(f"messages were lost: {result}")
 
 
 def test_core_is_not_needed_and_trajectories_can_be_sent(ros2: Start, tmp_path: Path) -> None:
@@ -81,6 +89,17 @@ def test_node_holds_when_the_clock_stops(ros2: Start) -> None:
     assert ros2("node", "pause_after_a_command.py").result() == "paused"
     node.wait_for("holding: no new joint state for 0.2 s")
     assert ended(node)["holds"] >= 1
+
+
+def test_faulty_joint_states_make_the_node_hold(ros2: Start, tmp_path: Path) -> None:
+    node = ros2("frobs", "ros2", "run", ID, "--goal", 0.3, 0.1, 0.5, "--json")
+    moved = ros2("node", "faults.py", "--period", 0.04, *served_arm(tmp_path)).result()
+    assert set(moved) == {"late", "repeated", "reordered", "NaN", "jump", "lost"}
+    assert max(moved.values()) < 0.1, moved
+    report, errors = ended(node), "".join(node.errors)
+    assert report["holds"] >= 6
+    reasons = ("s old", "older than the one before", "is not finite", "jumped by", "no new joint state for 0.2 s")
+    assert [reason for reason in reasons if reason not in errors] == []
 
 
 def test_node_says_in_one_line_that_it_sees_no_robot(ros2: Start) -> None:
