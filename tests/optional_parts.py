@@ -80,11 +80,11 @@ def _has_page() -> bool:
     return built.is_file() and (ROOT / "plugins" / "frobs-view" / "page" / "node_modules").is_dir()
 
 
-def _has_ros2_dds() -> bool:
+def _ros2_imports(*modules: str) -> bool:
     from ros2_wheels import ros2_variables
 
     variables = ros2_variables()
-    command = [sys.executable, "-c", "import cyclonedds.domain"]
+    command = [sys.executable, "-c", f"import {', '.join(modules)}"]
     return variables is not None and subprocess.run(command, env=variables, capture_output=True).returncode == 0
 
 
@@ -97,7 +97,11 @@ def _has_ros2() -> bool:
 PARTS: Mapping[str, tuple[Callable[[], bool], str]] = {
     "ros": (_has_ros, "ROS 1: apt-get install ros-core"),
     "ros2": (_has_ros2, "ROS 2 in a folder of its own: .ci/ros2.sh"),
-    "ros2-dds": (_has_ros2_dds, "another vendor's DDS beside ROS 2: .ci/ros2.sh"),
+    "ros2-control": (
+        lambda: _ros2_imports("control_msgs.action", "tf2_msgs.msg"),
+        "control_msgs and tf2_msgs, which the wheels of ROS 2 do not contain: a ROS 2 that is installed and sourced",
+    ),
+    "ros2-dds": (lambda: _ros2_imports("cyclonedds.domain"), "another vendor's DDS beside ROS 2: .ci/ros2.sh"),
     "ros-state-publisher": (_has_state_publisher, "apt-get install ros-robot-state-publisher"),
     "rosbag": (_has_rosbag, "apt-get install python3-rosbag"),
     "rviz": (lambda: _programs("rviz", "Xvfb"), "apt-get install rviz xvfb"),
@@ -119,7 +123,7 @@ PARTS: Mapping[str, tuple[Callable[[], bool], str]] = {
 }
 """How to find out whether a part is here, and how to get it."""
 
-OPTIONAL_EVERYWHERE = ("lerobot", "vendors")
+OPTIONAL_EVERYWHERE = ("lerobot", "ros2-control", "vendors")
 """Parts that ``FROBS_REQUIRE_PARTS=all`` does not require."""
 
 FIXTURES: Mapping[str, str] = {

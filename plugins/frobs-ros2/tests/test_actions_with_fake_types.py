@@ -1,5 +1,6 @@
 """The actions of ros2_control, with a fake of their types: the wheels of ROS 2 do not contain control_msgs."""
 
+import sys
 from types import SimpleNamespace
 from typing import Any
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 from frobs_core.contracts import CommandMode
+from frobs_ros2.ros import FEATURES, optional_type
 from frobs_ros2.serve import actions
 
 
@@ -67,6 +69,14 @@ def ask(execute: Any, cancel: bool = False, meanwhile: Any = None) -> tuple[Any,
 def offer(offered: dict[str, Any], robot: FakeRobot) -> Any:
     actions.offer_follow(robot, None, SimpleNamespace(Result=FakeResult))  # type: ignore[arg-type]
     return offered["arm/joint_trajectory_controller/follow_joint_trajectory"]
+
+
+def test_one_line_names_the_features_whose_types_are_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    lines: list[str] = []
+    for package, feature in FEATURES.items():
+        monkeypatch.setitem(sys.modules, f"{package}.msg", None)
+        assert optional_type(f"{package}/msg/Any", lines.append) is None
+        assert lines.pop() == f"not available, because {package} is not installed: {feature}"
 
 
 def test_goal_succeeds_when_the_trajectory_is_over(offered: dict[str, Any]) -> None:

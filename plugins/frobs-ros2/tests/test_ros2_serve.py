@@ -23,7 +23,6 @@ def test_plain_node_moves_the_arm_resets_it_and_sets_a_parameter(ros2: Start) ->
     assert result["parameter"]
     assert result["paused"]
     errors = "".join(server.errors)
-    assert "control_msgs" in errors
     assert "point 0 moves joint 'joint_1' to 99" in errors
     assert "6 finite ones" in errors
 
@@ -49,6 +48,17 @@ def test_mobile_robot_drives_and_reports_odometry_and_scans(ros2: Start) -> None
     assert result["rays"] > 1
     assert result["in_range"]
     assert result["frames"][0] == "odom"
+
+
+@pytest.mark.needs("ros2-control")
+def test_actions_and_frames_work_if_their_types_are_installed(ros2: Start) -> None:
+    ros2("frobs", "ros2", "serve", "frobs/Ur5PickAndPlace-v0").wait_for("serving")
+    result = ros2("node", "control_types.py", 0.02).result()
+    assert result["error_code"] == 0
+    assert result["error"] < 0.01
+    assert result["reached"]
+    assert "gripper_tcp" in result["frames"]["/tf_static"]
+    assert "wrist_3_link" in result["frames"]["/tf"]
 
 
 @pytest.mark.needs("ros2-dds")

@@ -192,3 +192,9 @@ def test_joint_states_of_a_wrong_size_are_not_numbers(position: Any, velocity: A
 def test_workspace_needs_a_lower_and_an_upper_corner() -> None:
     with pytest.raises(SettingsError, match="lower corner"):
         safe(workspace=np.array([[0.0, 0.0, 1.0], [1.0, 1.0, 0.0]]))
+
+
+def test_documentation_has_a_row_for_each_rule() -> None:
+    page = Path(__file__).parents[3] / "docs" / "how-to" / "ros2.md"
+    rows = {line.split("|")[1].strip() for line in page.read_text("utf-8").splitlines() if line.startswith("| ")}
+    assert {*RULES, "watchdog"} - rows == set()
