@@ -124,14 +124,13 @@ def _limit_problems(joint: Mapping[str, Any], kinematics: Kinematics) -> Iterato
     if name not in kinematics.limits:
         return
     lower, upper, velocity, _ = kinematics.limits[name]
-    trained_lower, trained_upper = bound(joint, "position_lower", -np.inf), bound(joint, "position_upper", np.inf)
+    trained_lower, trained_upper, trained_velocity, _ = trained_limits(joint)
     tolerance = _SAME * max(1.0, abs(trained_lower), abs(trained_upper)) if np.isfinite(trained_upper) else _SAME
     if lower > trained_lower + tolerance or upper < trained_upper - tolerance:
         yield (
             f"joint '{name}' may move in [{lower:g}, {upper:g}], but was trained in [{trained_lower:g}, "
             f"{trained_upper:g}]; train with these limits, or allow them on the robot"
         )
-    trained_velocity = bound(joint, "velocity", np.inf)
     if velocity < trained_velocity * (1.0 - _SAME):
         yield (
             f"joint '{name}' has the velocity limit {velocity:g}, but was trained with {trained_velocity:g}; train with "
@@ -139,7 +138,7 @@ def _limit_problems(joint: Mapping[str, Any], kinematics: Kinematics) -> Iterato
         )
 
 
-def bound(joint: Mapping[str, Any], key: str, missing: float) -> float:
-    """Return a limit of a joint in a bundle; bundles store None for infinity."""
-    value = joint.get(key)
-    return missing if value is None else float(value)
+def trained_limits(joint: Mapping[str, Any]) -> tuple[float, ...]:
+    """Return the lower and upper position limit, the velocity limit and the effort limit of a joint in a bundle."""
+    missing = {"position_lower": -np.inf, "position_upper": np.inf, "velocity": np.inf, "effort": np.inf}
+    return tuple(value if joint.get(key) is None else float(joint[key]) for key, value in missing.items())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import time
+from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -15,7 +16,7 @@ import numpy as np
 from frobs_deploy import Policy, read_bundle
 from frobs_ros2.errors import NoPeerError, NotReadyError, SettingsError
 from frobs_ros2.policy_node.actions import Actions
-from frobs_ros2.policy_node.checks import bound, bundle_problems, robot_problems
+from frobs_ros2.policy_node.checks import bundle_problems, robot_problems, trained_limits
 from frobs_ros2.policy_node.kinematics import Kinematics
 from frobs_ros2.policy_node.observation import Inputs, Observer, named_arrays
 from frobs_ros2.ros import PEER_TIMEOUT, Node, image_of, joints_of, message_type, seconds_of, variables
@@ -119,7 +120,7 @@ class PolicyNode:
         self._inputs = Inputs(goal=None if settings.goal is None else np.array(settings.goal, float))
         self._joint_names: list[str] = []
         self._fresh, self._arrived = False, -np.inf
-        self._stamps: list[tuple[float, float]] = []
+        self._stamps: deque[float] = deque(maxlen=_RATE_MESSAGES)
         self._urdf = ""
         self._early = _ON_TIME
         self._restart = False
@@ -269,7 +270,7 @@ class PolicyNode:
             self._joint_names = list(message.name)
         if stamp != self._inputs.stamp:  # a stopped clock is noticed because nothing arrives
             self._arrived, self._fresh = time.perf_counter(), True
-            self._stamps = [*self._stamps[-_RATE_MESSAGES:], (stamp, time.monotonic())]
+            self._stamps.append(stamp)
         inputs, rows = self._inputs, joints_of(message, self.policy.manifest.joint_names)
         if rows is not None:
             inputs.stamp = stamp
@@ -302,7 +303,6 @@ class PolicyNode:
 
     def _await_robot(self) -> tuple[Kinematics | None, Observer]:
         settings, node, manifest = self._settings, self._node, self.policy.manifest
-        required = 2 if settings.lockstep else _RATE_MESSAGES
         if not node.spin_until(lambda: bool(self._joint_names), settings.peer_timeout):
             reach = variables()
             domain = reach.pop("ROS_DOMAIN_ID", "0")
@@ -320,8 +320,8 @@ class PolicyNode:
             node.spin_until(lambda: self._inputs.images.keys() >= manifest.images.keys(), 5.0)
         rate = None
         if not settings.lockstep:
-            node.spin_until(lambda: len(self._stamps) >= required, 2.0)
-            spent = self._stamps[-1][0] - self._stamps[0][0]
+            node.spin_until(lambda: len(self._stamps) == _RATE_MESSAGES, 2.0)
+            spent = self._stamps[-1] - self._stamps[0]
             rate = (len(self._stamps) - 1) / spent if spent > 0.0 else 0.0
         names = self._joint_names
         problems = list(robot_problems(self._bundle, manifest, names, kinematics, observer, self._inputs, rate))
@@ -345,19 +345,19 @@ class PolicyNode:
         """Return the tighter of the limits in training and of the robot description."""
         joints = self._bundle.manifest["robot"]["joints"]
         known = self.kinematics.limits if self.kinematics is not None else {}
-        wide = (-np.inf, np.inf, np.inf, np.inf)
-        rows = [known.get(str(joint["name"]), wide) for joint in joints]
-        lower, upper, velocity, effort = (np.array(column, float) for column in zip(*rows, strict=True))
+        trained = np.array([trained_limits(joint) for joint in joints])  # (dof, 4)
+        rows = np.array([known.get(str(joint["name"]), row) for joint, row in zip(joints, trained, strict=True)])
+        _, upper, velocity, effort = np.minimum(rows, trained).T
         settings = self._settings
         box = None if settings.workspace is None else np.array(settings.workspace, float).reshape(2, 3)
         if not 0.0 < settings.speed <= 1.0:
             raise SettingsError(f"speed is {settings.speed:g}; it must be above 0 and at most 1.")
         return Limits(
             joint_names=self.policy.manifest.joint_names,
-            lower=np.maximum(lower, [bound(joint, "position_lower", -np.inf) for joint in joints]),
-            upper=np.minimum(upper, [bound(joint, "position_upper", np.inf) for joint in joints]),
-            velocity=np.minimum(velocity, [bound(joint, "velocity", np.inf) for joint in joints]),
-            effort=np.minimum(effort, [bound(joint, "effort", np.inf) for joint in joints]),
+            lower=np.maximum(rows, trained)[:, 0],
+            upper=upper,
+            velocity=velocity,
+            effort=effort,
             acceleration=settings.acceleration,
             workspace=box,
             speed=settings.speed,
