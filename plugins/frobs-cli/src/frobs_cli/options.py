@@ -94,8 +94,8 @@ LongestEpisode = Annotated[
         metavar="N",
         min=1,
         show_default="the run's setting, 20,000",
-        help="Number of steps after which an episode that has not ended is an error. Environments with a time limit are "
-        "not affected.",
+        help="Raise an error if an episode has not ended after this number of steps. Environments with a time limit are not "
+        "affected.",
     ),
 ]
 

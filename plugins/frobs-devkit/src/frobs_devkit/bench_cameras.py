@@ -1,4 +1,4 @@
-"""Measures how long the cameras of an environment take for their pictures."""
+"""Measures how long it takes to render the pictures of an environment's cameras."""
 
 from __future__ import annotations
 

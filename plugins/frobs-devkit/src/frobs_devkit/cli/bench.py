@@ -33,7 +33,7 @@ class BenchOptions(RobotChoice):
 
     Attributes:
         training: Measure a training run instead of a step, and suggest settings.
-        cameras: Measure how long the cameras of the environment take for their pictures.
+        cameras: Measure how long it takes to render the pictures of the environment's cameras.
         scaling: Measure how speed and memory scale with environments, threads, processes and nodes.
         algorithm: Algorithm for --training: a name from 'frobs list algorithms'.
         num_envs: Number of environments to step as one batch; with --cameras or --scaling, a list of numbers to

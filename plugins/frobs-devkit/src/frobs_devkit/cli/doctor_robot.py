@@ -41,8 +41,8 @@ def robot(
             metavar="YAML",
             show_default=False,
             dir_okay=False,
-            help="Write what was found about the robot and its gripper, with reasons and units, to this new file. You can "
-            "edit it and use it in place of the model file.",
+            help="Write a description of the robot and its gripper, with reasons and units, to this new file. You can edit "
+            "it and use it in place of the model file.",
         ),
     ] = None,
     json: Json = False,

@@ -53,7 +53,7 @@ def plot(
 ) -> None:
     """Plot the learning curves of one or more runs.
 
-    A folder stands for all runs in it. Reward terms are also plotted if all runs differ only in their seed.
+    If you pass a folder, all runs in it are plotted. Reward terms are also plotted if all runs differ only in their seed.
 
     Example:
         $ frobs plot runs/first

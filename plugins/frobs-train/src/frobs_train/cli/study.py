@@ -34,8 +34,8 @@ def study(
     """Train and evaluate environments × algorithms × seeds, and write one page with tables and pictures.
 
     The file has the keys 'environments', 'algorithms', 'seeds' (a number or a list), 'episodes' and 'settings' (as in a
-    file for 'frobs train'). Only what is missing is run, so the command continues a study that was interrupted, and adds
-    what was added to the file.
+    file for 'frobs train'). The command runs only the jobs that are not complete yet. To continue an interrupted study,
+    or to extend a study after adding entries to the file, run the same command again.
 
     Example:
         $ frobs study reaching.yaml

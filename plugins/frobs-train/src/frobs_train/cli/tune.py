@@ -33,7 +33,9 @@ def tune(
     report: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", dir_okay=False, help="Also plot the importance of each setting and the value over it."
+            metavar="FILE",
+            dir_okay=False,
+            help="Also plot the importance of each setting, and the metric over its values.",
         ),
     ] = None,
     json: Json = False,
@@ -41,8 +43,9 @@ def tune(
     """Search for better training settings.
 
     Each trial trains one run per seed and is scored by evaluating these runs. The best settings are written to a file
-    that 'frobs train --config' accepts. If all trials have the same success, such as 0, the reward decides. Run the same
-    command again to continue an interrupted study, or to join a study that another process is running.
+    that 'frobs train --config' accepts. If all trials have the same success rate, such as 0, the trial with the highest
+    reward is the best. Run the same command again to continue an interrupted study, or to join a study that another
+    process is running.
 
     Example:
         $ frobs tune frobs/Irb120Reach-v0 --trials 50 --steps 100_000

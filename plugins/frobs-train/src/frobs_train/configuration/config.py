@@ -94,7 +94,7 @@ class RunConfig(BaseModel):
         evaluate_every: Number of environment steps between evaluations during training, or None for no evaluations.
             Each evaluation runs the deterministic policy on separate episodes. The best policy is kept.
         evaluation_episodes: Number of episodes of each evaluation during training.
-        longest_episode: Number of steps after which an episode that has not ended is an error in evaluations and
+        longest_episode: Number of steps after which an episode that has not ended raises an error in evaluations and
             videos, and causes a warning in training. Environments with a time limit are not affected.
         stop_at_success: Success rate, in (0, 1], at which an evaluation ends training, or None to train for all steps.
         threads: Thread counts, see :func:`frobs_train.decide_threads`.

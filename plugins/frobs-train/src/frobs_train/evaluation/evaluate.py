@@ -101,8 +101,8 @@ def evaluate(
         deterministic: Whether to use the policy's deterministic actions instead of sampling.
         checkpoint: ``"newest"``, ``"best"`` according to evaluations during training, or a number of environment steps.
         on_progress: Called after each step with the number of finished episodes.
-        longest_episode: Number of steps after which an episode that has not ended is an error, ≥ 1. Defaults to the
-            run's setting. Environments with a time limit are not affected.
+        longest_episode: Number of steps, ≥ 1, after which an episode that has not ended raises an error. Defaults to
+            the run's setting. Environments with a time limit are not affected.
 
     Raises:
         NonFiniteValueError: An observation, a reward, an action or a weight of the policy is not finite.

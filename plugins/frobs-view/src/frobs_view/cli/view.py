@@ -30,9 +30,9 @@ class ViewOptions:
         simulator: Simulator: a name from 'frobs list simulators'.
         num_envs: Number of environments of an ID, one of which is shown at a time.
         seed: Seed of the first episode.
-        follow: Let the newest policy of a run that is being trained act, and show its learning curve.
-        host: Address of this machine in the network at which other machines can open the page. The printed address
-            contains a token that they need.
+        follow: Show the newest policy and the learning curve of a run that is being trained.
+        host: Network address of this machine on which the server listens, so that other machines can open the page. The
+            printed address contains a token that is required to open the page.
         port: Port of the page.
         seconds: End after this time. By default, the page is served until Ctrl-C is pressed.
         settings: Environment setting of an ID, such as environment_kwargs.robot=ur5. Repeatable.
@@ -66,8 +66,8 @@ def view(
     """Look at an environment, a policy or a robot file in the browser.
 
     The page shows the robots with their real meshes, the goal, contacts and curves of the reward. On the page, you can
-    choose a policy, pause, make single steps, and drag the goal. For a robot file, it has a slider for each joint, and
-    shows what 'frobs doctor robot' found.
+    choose a policy, pause, make single steps, and drag the goal. For a robot file, the page has a slider for each joint
+    and lists the findings of 'frobs doctor robot'.
 
     Example:
         $ frobs view frobs/PandaPickAndPlace-v0
