@@ -29,8 +29,8 @@ class JointGroup(ABC):
         dof: Number of joints.
         tcp: Name of the link that serves as the tool center point.
         group_name: Name of the joint group, or empty if the joints are not one of the robot's groups.
-        end_effector: End effector that the group carries or moves, or None. For all joints of a robot with several
-            groups, its first gripper, or its first end effector if it has no gripper.
+        end_effector: End effector that the group carries or moves, or None. If a handle contains all joints
+            of a robot with several groups, this is the robot's first gripper, or else its first end effector.
         home: Home positions, (num_envs, dof) [rad or m].
         position_lower: Lower position limits, (num_envs, dof) [rad or m], which are −inf for joints without a limit.
         position_upper: Upper position limits, (num_envs, dof) [rad or m], which are inf for joints without a limit.

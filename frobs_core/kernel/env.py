@@ -379,7 +379,7 @@ class RobotEnv(ComposedEnv, gym.Env[Any, Any]):
         return np.asarray(action, np.int64)[None]
 
     def read_terms(self, settings: Mapping[str, Any]) -> dict[str, np.ndarray[Any, Any]]:
-        """Read observation terms outside the observation.
+        """Read observation terms that need not be part of the observation.
 
         Args:
             settings: The terms by name, as in the keyword ``observations``. They are bound when they are first read,

@@ -19,8 +19,9 @@ class ImitationConfig(Settings):
         learning_rate: Learning rate at the beginning. It decreases to 0 along a cosine.
         weight_decay: Weight decay of the optimizer AdamW.
         batch_size: Number of samples per update.
-        image_shift: Maximum distance by which pictures are shifted at random in an update [pixels].
-        image_color: Maximum relative change of contrast and brightness at random in an update.
+        image_shift: Maximum distance by which pictures are randomly shifted in an update [pixels].
+        image_color: Maximum relative amount by which the contrast and brightness of pictures are randomly changed in an
+            update.
         torch_threads: Number of threads for PyTorch.
     """
 

@@ -15,7 +15,7 @@ from frobs_models import WrittenLooks
 from frobs_sim_pybullet.stage import Stage
 
 LIGHT = {"ambient": 0.6, "sun": 0.35}
-"""Share of each light in the brightness of a surface, which are those that Bullet has by default."""
+"""Share of each light in the brightness of a surface, as by default in Bullet."""
 
 
 class Looks(WrittenLooks):

@@ -48,7 +48,7 @@ _CLEARANCE = 0.02  # [m] height of all links above the floor
 _NEARER = tuple(0.75 * each for each in NEAR)  # so that what fits is accepted when the task is bound
 _SEEDS, _ITERATIONS, _SEARCH_DAMPING = 48, 60, 0.03
 _HOPELESS = 0.05  # [m, rad] smallest error after half of the iterations at which the search for a posture ends
-_GAP = (0.0, 0.08)  # [m] of a gripper whose description does not state it
+_GAP = (0.0, 0.08)  # [m] gap of a gripper whose description does not state the gap
 _USUAL_SPEED = 2.0  # [rad/s or m/s] of a joint without a velocity limit
 
 

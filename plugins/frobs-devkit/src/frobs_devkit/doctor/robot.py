@@ -51,7 +51,7 @@ def examine_robot(
         xacro_args: Arguments of a xacro file.
         package_paths: Folders of the ROS packages that the file refers to, by package name.
         simulators: Names of the simulators to check. Defaults to all installed simulators.
-        gripper: What is known about the gripper; see :class:`~frobs_core.kernel.robot_config.RobotKeywords`.
+        gripper: Known properties of the gripper; see :class:`~frobs_core.kernel.robot_config.RobotKeywords`.
         attach: Gripper to mount on the robot; see the same class.
 
     Returns:
