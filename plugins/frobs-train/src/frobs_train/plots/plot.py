@@ -135,7 +135,7 @@ def percent_axis(axis: Any) -> None:
 
 
 def curve_title(metric: str, source: CurveSource) -> str:
-    """Return the title of learning curves, which says what was measured."""
+    """Return the title of learning curves, which states the plotted metric and its source."""
     return _TITLES[source].format("Success" if metric == "success" else "Reward of an episode")
 
 
