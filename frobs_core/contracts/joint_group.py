@@ -109,7 +109,7 @@ class JointGroup(ABC):
         """Return the Jacobian of ``frame``, (num_envs, 6, dof): lin_vel_world in rows 0–2, ang_vel_world in 3–5."""
 
     def frame_name(self, frame: str) -> str:
-        """Return the name of the existing link ``frame``, where ``"tcp"`` stands for the tool center point's link.
+        """Return the name of the existing link ``frame``, where ``"tcp"`` is the tool center point's link.
 
         Raises:
             UnknownNameError: There is no link with this name.

@@ -61,7 +61,7 @@ class ModelReader(ABC):
 
         Args:
             robot: Description of an arm without joint groups.
-            stated: What is known about the gripper. The rest is found in the model file.
+            stated: Known properties of the gripper. The rest is found in the model file.
 
         Raises:
             UnsuitableRobotError: No gripper is recognized. The message contains the reason.

@@ -20,7 +20,7 @@ class Policy(ABC):
     """Base class of policies. :func:`~frobs_core.kernel.policies.load_policy` opens a policy by name or path.
 
     A policy acts in all environments of a vector environment at once. A single environment is a batch of size 1.
-    Whatever a policy remembers about an episode lives in the policy, one row per environment. Only a policy whose
+    A policy stores its memory of an episode itself, with one row per environment. Only a policy whose
     constructor has a ``seed`` may draw random numbers.
     """
 

@@ -1,4 +1,4 @@
-"""What is drawn of an environment: shapes in moving frames. Viewers use it with every simulator.
+"""Shapes of an environment to draw, in moving frames. Viewers use it with every simulator.
 
 The shapes come from the models of the robots and the bodies of the scene, and the poses from their handles, so that no
 engine has to support rendering. Sizes that a randomization changes are not included.

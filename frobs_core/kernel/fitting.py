@@ -114,5 +114,5 @@ def _shown(keywords: Mapping[str, Any]) -> str:
 
 
 def _merged(chosen: Mapping[str, Any], fitted: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the keywords of the arm's controller: what the user chose, what fits the arm, what the ID sets."""
+    """Return the keywords of the arm's controller: the user's choices, the fitted values, and the ID's values."""
     return {**chosen, **fitted} if isinstance(chosen, ControllerDefaults) else {**fitted, **chosen}

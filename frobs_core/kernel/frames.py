@@ -1,4 +1,4 @@
-"""Pictures of a camera that has a frame rate, noise or a delay of its own."""
+"""Pictures of a camera with a frame rate, noise or a delay."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Draw = Callable[[Mask], np.ndarray[Any, Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class _Film(Sensor):
-    """What a camera records: numbers in [0, ``highest``]."""
+    """Values that a camera records, in [0, ``highest``]."""
 
     type_name: ClassVar[str] = "camera"
 

@@ -57,7 +57,7 @@ class RobotKeywords:
         package_paths: Folders of the ROS packages that the robot's model file refers to, by package name.
         home: Rest positions by joint name [rad or m]. Omitted joints keep the robot's default.
         tcp: Link that serves as the tool center point, or None for the robot's default.
-        gripper: What is known about the gripper of a model file: names of the joints that move its fingers, or a mapping
+        gripper: Known properties of the gripper of a model file: names of the joints that move its fingers, or a mapping
             with ``joints``, ``arm``, ``palm``, ``pads``, ``fixed_jaw``, ``tcp`` (``{"pos": [x, y, z], "rpy": [roll,
             pitch, yaw]}`` relative to the palm), ``open``, ``closed``, ``gap``, ``levers`` and ``controller`` [m, rad].
             The rest is found in the file. ``frobs doctor robot FILE --write robot.yaml`` writes all of them.

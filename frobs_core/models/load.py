@@ -61,7 +61,7 @@ def find_reader(path: str | Path, content: str = "robot") -> Any:
         content: ``"robot"`` or ``"mesh"``.
 
     Raises:
-        ModelFileError: No installed plugin reads files with this suffix. The message says what to install.
+        ModelFileError: No installed plugin reads files with this suffix. The message names the package to install.
         PluginError: The reader cannot be imported.
     """
     suffix = PurePath(path).suffix.lower()

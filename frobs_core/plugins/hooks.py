@@ -119,9 +119,8 @@ def frobs_algorithms() -> Sequence[AlgorithmRecord]:  # type: ignore[empty-body]
 def frobs_extensions() -> Sequence[Record]:  # type: ignore[empty-body]
     """Provide everything else: capabilities, sensor types, parameters, formats of model files, policies, viewers.
 
-    This hook is called once, when plugins are loaded. Return a list of records. The class of each record says what the
-    record describes. Other distributions may define further classes of records; see
-    ``Record``.
+    This hook is called once, when plugins are loaded. Return a list of records. The class of each record determines its
+    kind. Other distributions may define further classes of records; see ``Record``.
 
     Example::
 

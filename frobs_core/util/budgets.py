@@ -47,7 +47,7 @@ class Meter:
         """Add to a count.
 
         Args:
-            what: What is counted, a key of the budget.
+            what: Counted quantity, a key of the budget.
             amount: What to add.
 
         Raises:
@@ -60,7 +60,7 @@ class Meter:
         """Reject the file if a value, such as the depth of an element, exceeds its limit.
 
         Args:
-            what: What is limited, a key of the budget.
+            what: Limited quantity, a key of the budget.
             value: The value.
 
         Raises:

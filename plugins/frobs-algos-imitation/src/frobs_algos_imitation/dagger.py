@@ -27,7 +27,7 @@ class Dagger(ImitationAlgorithm):
 
     In the first round, the expert acts in one episode of each environment. In all later rounds, the learner acts, and
     the expert labels the states that the learner visits. With ``expert_share``, the expert also acts in some steps of
-    these rounds, so that the samples include what comes after states in which the learner would get stuck.
+    these rounds, so that the samples include states that follow those in which the learner would get stuck.
 
     A person cannot label states without acting. If the expert is given as data sets, the learner therefore imitates the
     steps in which the person acted, of the demonstrations and of all corrections together (HG-DAgger, Kelly et al.

@@ -15,7 +15,7 @@ _DAGGER = {
 """Tasks with an expert, by the file of their tuned settings."""
 
 _ANY_ARM = {f"frobs/{task}-v0": "dagger_any_arm.yaml" for task in ("PickAndPlace", "Push", "Lift", "Stack")}
-"""File of the tuned settings of environments without a robot of their own."""
+"""File of the tuned settings of environments without a fixed robot."""
 
 _SEEING = {
     "frobs/PandaPickAndPlaceVision-v0": "dagger_vision.yaml",

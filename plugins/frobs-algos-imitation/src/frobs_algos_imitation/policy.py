@@ -29,7 +29,7 @@ class ImitationPolicy(TraceablePolicy):
     """Policy that sees the last ``history`` frames and predicts the next ``chunk`` actions.
 
     A frame is a flat observation without its pictures. With a history, the previous action follows, which is zero at the
-    start of an episode. Of the pictures, the policy sees the latest ones.
+    start of an episode. The policy sees only the latest pictures.
     The state of a policy with a history is the window of the last frames, (batch, history, frame size), and the last
     action, (batch, action size). The state of a policy with chunks is, for each future action, the weighted sum of its
     predictions, the sum of the weights, and the number of predictions, (batch, chunk, action size + 2).

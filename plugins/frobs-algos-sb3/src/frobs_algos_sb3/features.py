@@ -32,8 +32,8 @@ class ScaledFlattenExtractor(FlattenExtractor):
 class SpatialSoftmax(BaseFeaturesExtractor):
     """Features extractor that reduces each picture to points, and leaves the other parts of the observation as they are.
 
-    Compared with the convolutions of Nature DQN, it has less than a tenth of the weights, and knows where something is instead of
-    whether it is there.
+    Compared with the convolutions of Nature DQN, it has less than a tenth of the weights, and its outputs are positions in
+    the picture.
     """
 
     def __init__(self, observation_space: gym.Space[Any]) -> None:

@@ -128,7 +128,7 @@ def working(text: str) -> Iterator[Callable[[str], None]]:
 
 @contextlib.contextmanager
 def _lines(text: str) -> Iterator[Callable[[str], None]]:
-    """Write a progress line after a few seconds and then at longer intervals, from a thread of its own."""
+    """Write a progress line after a few seconds and then at longer intervals, from a separate thread."""
     latest, done, begin = [text], threading.Event(), time.monotonic()
 
     def write() -> None:

@@ -64,7 +64,7 @@ class Looks(WrittenLooks):
             case "distractors":
                 return [""]
         cameras = list(range(model.ncam))
-        if name == "camera_fov":  # those with intrinsics have no other
+        if name == "camera_fov":  # intrinsics set the field of view
             cameras = [camera for camera in cameras if not model.cam_sensorsize[camera].any()]
         return [model.camera(camera).name for camera in cameras]
 

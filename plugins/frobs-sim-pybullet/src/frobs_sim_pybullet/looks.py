@@ -34,7 +34,7 @@ class Looks(WrittenLooks):
         return [
             camera
             for camera, described in self._scene.cameras.items()
-            if name != "camera_fov" or described.intrinsics is None  # those with intrinsics have no other
+            if name != "camera_fov" or described.intrinsics is None  # intrinsics set the field of view
         ]
 
     def nominal(self, name: str, target: str) -> Any:

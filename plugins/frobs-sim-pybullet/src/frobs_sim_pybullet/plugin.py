@@ -39,7 +39,7 @@ def frobs_simulators() -> list[SimulatorRecord]:
 
 
 def _summary() -> str:
-    """Return the summary for ``frobs list``, which says what to do if PyBullet does not support this Python version."""
+    """Return the summary for ``frobs list``, which suggests an alternative if PyBullet does not support this Python version."""
     if sys.version_info < (3, 12) or find_spec("pybullet"):
         return "PyBullet: many environments in parallel worker processes"
     return (

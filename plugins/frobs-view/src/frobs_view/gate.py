@@ -47,7 +47,7 @@ _SECURITY = {
 
 
 class Gate:
-    """Accepts connections at one address, and passes those that it may accept on to the server.
+    """Accepts connections at one address, and passes permitted connections on to the server.
 
     Args:
         host: Address of this machine at which to listen.

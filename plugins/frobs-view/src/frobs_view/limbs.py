@@ -22,7 +22,7 @@ STOP, APPROACH, AIM = 0.05, 1.0, 0.5
 
 @dataclass
 class Wish:
-    """Motion that a person wants at a control step.
+    """Motion that a person commands at a control step.
 
     Attributes:
         motion: Velocity along x, y and z and about these axes of the world, as a fraction of the maximum, (6,). Wheels

@@ -1,4 +1,4 @@
-"""What a view shows in addition to the shapes: markers, contacts, the trail of the tool, curves and camera pictures."""
+"""Elements that a view shows in addition to the shapes: markers, contacts, the trail of the tool, curves and camera pictures."""
 
 from __future__ import annotations
 

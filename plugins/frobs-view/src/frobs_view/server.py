@@ -52,7 +52,7 @@ class ViewServer:
     """Serves a page that shows a scene and a panel.
 
     By default, only programs on this machine can connect. If ``host`` is given, the server listens at that address, and
-    only who knows the token in :attr:`address` can connect.
+    only clients with the token in :attr:`address` can connect.
 
     Args:
         host: Address or name of this machine in the network, or None for this machine only.

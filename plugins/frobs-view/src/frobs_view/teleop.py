@@ -138,7 +138,7 @@ class Teleop(Operator):
                 self._opening = -1.0 if (self._opening or self._gripper.opening()) > 0.0 else 1.0
 
     def _wish(self) -> Wish:
-        """Return what the person wants now."""
+        """Return the motion that the person commands now."""
         wish, devices = Wish(opening=self._opening), self._viewer.server.devices
         if self.source == "handle":
             if self._dragged is not None:
@@ -212,6 +212,6 @@ class KeyboardTeleop(Teleop):
 
 
 class GamepadTeleop(Teleop):
-    """A person who moves the robot with the sticks of a gamepad that the browser knows."""
+    """A person who moves the robot with the sticks of a gamepad that is connected to the browser."""
 
     source = "gamepad"

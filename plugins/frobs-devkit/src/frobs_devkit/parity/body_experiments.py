@@ -169,7 +169,7 @@ def _fall(subject: Subject, body: Bounded) -> Outcome:
 
 
 def _watch_alone(subject: Subject, body: Body, period: float, floor_friction: float = 1.0) -> BodyMotion:
-    """Return the motion of a body in a scene of its own, far from the robot."""
+    """Return the motion of a body in a separate scene, far from the robot."""
     x, y, _ = subject.placement.pose.pos
     bodies = {"body": replace(body, pose=Pose((x + AWAY, y, body.pose.pos[2])))}
     with subject.simulate(subject.alone(), bodies, floor=True, floor_friction=floor_friction) as (simulation, _):

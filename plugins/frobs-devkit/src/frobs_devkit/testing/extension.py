@@ -128,7 +128,7 @@ def capability_exists(subject: ExtensionUnderTest) -> None:
 
 @after("capability_exists")
 def values_are_kept(subject: ExtensionUnderTest) -> None:
-    """In each simulator with the parameter's capability, written values are read back, and only where the mask says."""
+    """In each simulator with the parameter's capability, written values can be read back, and only masked environments change."""
     name = subject.record.name
     for simulator in subject.simulators(subject.record.capability):
         with simulator.build(ROVER) as (sim, _):

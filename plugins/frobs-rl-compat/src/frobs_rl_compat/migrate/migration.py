@@ -10,7 +10,7 @@ from frobs_core.util.errors import ConfigurationError
 from frobs_core.util.yaml import load_yaml
 
 COUNTERPARTS = load_yaml(Path(__file__).with_name("counterparts.yaml"))
-"""What corresponds to the parts of a FRobs_RL package in FRobs: controllers, spaces, hooks and examples."""
+"""Equivalents in FRobs of the parts of a FRobs_RL package: controllers, spaces, hooks and examples."""
 
 
 class MigrationError(ConfigurationError):

@@ -94,8 +94,8 @@ class PushCube(ToolExpert[Any]):
         """Return the index of the direction in which a push brings the cube closest to the goal, (num_envs,).
 
         A push that ends outside the working area is worth less, because the tool might not reach behind the cube there.
-        Of directions that are about as good, the one is best whose start is closest to the tool. So the expert does not
-        waver on its way.
+        Among directions that are about equally good, the direction whose start is closest to the tool is the best. This
+        keeps the expert from alternating between directions.
 
         Args:
             axes: Directions, (num_envs, 4, 3).

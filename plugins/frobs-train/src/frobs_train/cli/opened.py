@@ -38,7 +38,7 @@ ModelSettings = Annotated[
         "--set",
         metavar="KEY=VALUE",
         show_default=False,
-        help="For a policy without settings of its own: environment setting, such as environment_kwargs.robot=ur5 or "
+        help="For a policy that stores no settings: environment setting, such as environment_kwargs.robot=ur5 or "
         "wrappers=[…]. Repeatable.",
     ),
 ]

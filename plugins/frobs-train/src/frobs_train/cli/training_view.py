@@ -1,4 +1,4 @@
-"""Shows a training run in the browser while it learns, with ``frobs view`` in a process of its own."""
+"""Shows a training run in the browser while it learns, with ``frobs view`` in a separate process."""
 
 from __future__ import annotations
 

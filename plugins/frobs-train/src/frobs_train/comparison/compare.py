@@ -80,8 +80,8 @@ class Comparison:
         metric: ``"success"`` or ``"reward"``.
         threshold: Target value of the metric, or None. The comparison includes the number of environment steps that
             each run needs to reach this value.
-        source: What the learning curves show: ``"evaluation"`` or ``"training"``.
-        over: What the learning curves are drawn over: ``"steps"`` or ``"time"`` [s].
+        source: Values that the learning curves show: ``"evaluation"`` or ``"training"``.
+        over: Quantity on the x axis of the learning curves: ``"steps"`` or ``"time"`` [s].
         groups: Groups, ordered by environment and then from best to worst.
         improvements: Probability of improvement for each pair of groups in an environment, the better group first.
         aggregates: Results over all environments, best first, if there are several and the metric is success.
@@ -133,7 +133,7 @@ def compare(
         evaluations: Fields of an :class:`frobs_train.Evaluation` to use instead of a run's newest one, by run folder.
         source: What the learning curves show. Defaults to evaluations during training, or if a run has none, to the
             episodes of training, in which the policy explores.
-        over: What the learning curves are drawn over: environment steps, or the time of training [s].
+        over: Quantity on the x axis of the learning curves: environment steps, or the time of training [s].
 
     Raises:
         RunError: No runs are given, a run has no log yet, the metric is success but a run does not report success, or

@@ -16,10 +16,10 @@ from frobs_train.logs.progress import STEPS, smooth
 from frobs_train.runs.run import Run
 
 CurveSource: TypeAlias = Literal["evaluation", "training"]
-"""What a learning curve shows: evaluations, or episodes of the training run, in which the policy explores."""
+"""Values that a learning curve shows: evaluations, or episodes of the training run, in which the policy explores."""
 
 CurveAxis: TypeAlias = Literal["steps", "time"]
-"""What a learning curve is drawn over: environment steps, or the time of training [s]."""
+"""Quantity on the x axis of a learning curve: environment steps, or the time of training [s]."""
 
 _KEYS = {"success": "success_rate", "reward": "mean_reward"}
 _PREFIXES: Mapping[CurveSource, str] = {"evaluation": "evaluation", "training": "episode"}

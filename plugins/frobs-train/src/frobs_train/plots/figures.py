@@ -44,7 +44,7 @@ SIZES: Mapping[str, Size] = {
 """Sizes by name: for a screen, for the full width of a page, and for a column of a paper in two columns."""
 
 _ALGORITHMS = ("ppo", "sac", "dagger", "td3", "bc", "act", "a2c")
-"""Algorithms with a color of their own, in the order of :data:`COLORS`."""
+"""Algorithms with a fixed color, in the order of :data:`COLORS`."""
 
 
 @contextmanager

@@ -68,9 +68,9 @@ def plot_runs(
         runs: One or more runs to plot.
         path: File to write; its ending selects the format. Defaults to ``plots/learning_curve.png`` in the folder of a
             single run, or to ``learning_curves.png`` next to the first of several runs.
-        source: What the curves show: ``"evaluation"`` or ``"training"``. Defaults to evaluations during training, or if
+        source: Values that the curves show: ``"evaluation"`` or ``"training"``. Defaults to evaluations during training, or if
             a run has none, to the episodes of training, in which the policy explores.
-        over: What the curves are drawn over: ``"steps"`` or ``"time"``.
+        over: Quantity on the x axis: ``"steps"`` or ``"time"``.
         size: ``"screen"``, or for papers ``"page"`` or ``"column"``.
 
     Returns:

@@ -76,7 +76,7 @@ def plates_precess(subject: SimulatorUnderTest) -> None:
 
 @verifies("drive", "teleport")
 def joints_coast(subject: SimulatorUnderTest) -> None:
-    """Without an effort, a joint's damping and dry friction slow it down, as the model file says."""
+    """Without an effort, a joint's damping and dry friction slow it down as specified in the model file."""
     model, steps = model_of(LIFT.model), 50
     for element, (name, values, acceleration) in _RESISTANCES.items():
         own = dict(zip(model.joint_names, values, strict=True))
@@ -84,7 +84,7 @@ def joints_coast(subject: SimulatorUnderTest) -> None:
         treatments = {row.element: row.treatment for row in subject.record.load().translation(changed)}
         tolerance = _TOLERANCES.get(treatments.get(element, Treatment.DROPPED))
         if tolerance is None:
-            continue  # the simulator says that it ignores this element
+            continue  # the simulator declares that it ignores this element
         options: dict[str, Any] = {
             "mode": CommandMode.EFFORT,
             "gravity": WEIGHTLESS,
