@@ -92,33 +92,32 @@ def success_through_topics(episodes: int) -> dict[str, Any]:
         ``episodes``, ``success_rate``, ``success_interval``, and ``late``, the share of steps that missed their
         deadline.
     """
+    import rospy
     from gazebo_msgs.srv import SetModelConfiguration
     from std_srvs.srv import Empty
 
-    from frobs_ros.policy_node.mirror import Command, Mirror
-    from frobs_ros.policy_node.policy_loop import act
-    from frobs_ros.policy_node.robot import RosRobot
+    from frobs_ros.policy_node.running import act, make_env
     from frobs_ros.ros.services import call
 
     bundle = read_pretrained(ID)
-    mirror, policy = Mirror(bundle), Policy(bundle)
+    policy, real = Policy(bundle), make_env(bundle, controller="arm_controller", timeout=5.0)
     env = gym.make(f"frobs_core:{ID}", disable_env_checker=True).unwrapped
-    robot = RosRobot(mirror, controller="arm_controller")
-    names, period = list(mirror.joint_names), mirror.env.control_timestep
+    robot, names = real.robot, list(real.robot.joint_names)
     done = steps = late = 0
     for episode in range(episodes):
         env.reset(seed=1_000_000 + episode)
         start, goal = env.robot.joint_positions[0].copy(), env.task.goal[0].copy()
         call("/gazebo/pause_physics", Empty)
         call("/gazebo/set_model_configuration", SetModelConfiguration, ROBOT, "", names, start.tolist())
-        robot.send(Command(env.robot.command_mode, start), period)
         call("/gazebo/unpause_physics", Empty)
-        while (state := robot.state()) is None or not np.allclose(state.positions, start, atol=0.02):
-            pass
-        report = act(robot, mirror, policy, goal=goal, timeout=5.0, seconds=EPISODE * period)
+        real.simulation.reset()
+        while not np.allclose(robot.joint_positions[0], start, atol=0.02):
+            robot.command(start[None])
+            real.simulation.step(real.decimation)
+        report = act(real, policy, clock=rospy.get_time, goal=goal, seconds=EPISODE * real.control_timestep)
         done, steps, late = done + report.is_success, steps + report.steps, late + report.late
     env.close()
-    mirror.close()
+    real.close()
     return {
         "episodes": episodes,
         "success_rate": done / episodes,

@@ -46,7 +46,7 @@ frobs-algos-imitation check resuming, saving, memory and the exported graph of t
 # PyBullet has no wheel for a Python above 3.11; what needs it cannot be checked there.
 MISSING = set() if find_spec("pybullet") else {"pybullet", "sim_pybullet"}
 MISSING |= {"gazebo", "sim_gazebo"}  # most machines lack it: its own tests check it, and say why where they cannot
-MISSING |= {"ros2", "safe"}  # paced: they need a robot, or another simulation; the tests of frobs-ros2 check them
+MISSING |= {"ros", "ros2", "safe"}  # paced: they need a robot, or another simulation; their own tests check them
 if not all(find_spec(name) for name in ("ompl", "pinocchio", "toppra")):
     MISSING |= {"trajectory", "controllers_planning"}
 

@@ -8,7 +8,7 @@ import pytest
 
 from frobs_core.description import Lidar
 from frobs_core.util.errors import ConfigurationError
-from frobs_ros.policy_node.scans import rays_of
+from frobs_ros.robot.scans import rays_of
 
 AROUND = Lidar(frame="base_link", rays=8, range_min=0.1, range_max=30.0)
 

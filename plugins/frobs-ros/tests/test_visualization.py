@@ -7,27 +7,17 @@ from collections.abc import Callable, Iterator
 from contextlib import closing
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import pytest
 import yaml
 
+from frobs_core.kernel.env import RobotEnv
 from frobs_core.models import Pose
 from frobs_ros import rviz
-from frobs_ros.policy_node.mirror import Mirror, State
-from frobs_ros.policy_node.policy_loop import Report
+from frobs_ros.policy_node.running import Report
 from frobs_ros.policy_node.visualization import MARKERS, PATH, Visualization
 from frobs_ros.rviz.__main__ import main
-from frobs_train.export.pretrained import read_pretrained
-
-
-class StillRobot:
-    """A robot whose clock a test sets."""
-
-    odom_frame = "odom"
-    time = 0.0
-
-    def now(self) -> float:
-        return self.time
 
 
 class Viewer:
@@ -63,16 +53,16 @@ def until(condition: Callable[[], Any]) -> None:
         time.sleep(0.02)
 
 
-def shown(mirror: Mirror, viewer: Viewer, states: list[State], restart_before: int | None = None) -> tuple[Any, Any]:
-    """Return the path and the markers, by name, after a robot was in some states."""
-    robot, report = StillRobot(), Report()
-    made = Visualization(robot, mirror, "/seen/")  # type: ignore[arg-type]
+def shown(
+    env: RobotEnv, viewer: Viewer, move: Callable[[int], Any], count: int, restart_before: int | None = None
+) -> tuple[Any, Any]:
+    """Return the path and the markers, by name, after a robot was moved several times."""
+    report, made = Report(), Visualization(env, "/seen/")
     until(lambda: made._path.get_num_connections() and made._markers.get_num_connections())
-    for number, state in enumerate(states):
+    for number in range(count):
         report.restarts += number == restart_before
-        mirror.observe(state)
-        mirror.act(np.ones(mirror.env.action_space.shape or ()))  # moves the mirror, but not the robot
-        robot.time += 1.0
+        move(number)
+        time.sleep(0.11)
         made.update(report)
         until(lambda: len(viewer.paths) == len(viewer.markers) == number + 1)  # noqa: B023 - it is called here
     made._path.unregister()
@@ -84,32 +74,38 @@ def xyz(point: Any) -> list[float]:
     return [point.x, point.y, point.z]
 
 
+def made(id: str, goal: list[float]) -> RobotEnv:
+    env = gym.make(f"frobs_core:{id}", disable_env_checker=True).unwrapped
+    env.reset(seed=0, options={"goal": goal})
+    return env  # type: ignore[return-value]
+
+
 def test_the_tool_and_the_goal_of_an_arm_are_told_in_the_frame_of_its_root_link(viewer: Viewer) -> None:
-    with closing(Mirror(read_pretrained("frobs/Irb120Reach-v0"))) as mirror:
-        states = [State(np.full(6, angle), np.zeros(6)) for angle in (0.0, 0.0, 0.2, 0.4)]
-        mirror.begin(states[0], {"goal": np.array([0.3, 0.1, 0.5])})
-        handle = mirror.env.robot
+    with closing(made("frobs/Irb120Reach-v0", [0.3, 0.1, 0.5])) as env:
+        robot, angles = env.robot, np.array([0.0, 0.0, 0.2, 0.4])
         turned = Pose((1.0, 0.0, 0.5), (np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)))  # the base stands elsewhere in the world
-        handle.write_base_pose(np.array([turned.pos]), np.array([turned.quat_wxyz]))
-        path, markers = shown(mirror, viewer, states)
-        tools, _ = handle.model.frame_pose(handle.tcp, np.array([states[i].positions for i in (0, 2, 3)]))
-        assert path.header.frame_id == markers["goal"].header.frame_id == handle.model.root
+        robot.write_base_pose(np.array([turned.pos]), np.array([turned.quat_wxyz]))
+
+        def move(number: int) -> None:
+            robot.write_joint_state(np.full((1, 6), angles[number]))
+            env.task.advance(env.step_context)
+
+        path, markers = shown(env, viewer, move, len(angles))
+        tools, _ = robot.model.frame_pose(robot.tcp, np.repeat(angles[[0, 2, 3], None], 6, axis=1))
+        assert path.header.frame_id == markers["goal"].header.frame_id == robot.model.root
         assert [xyz(pose.pose.position) for pose in path.poses] == pytest.approx(tools, abs=1e-6)
         assert xyz(markers["tool"].pose.position) == pytest.approx(tools[-1], abs=1e-6)
-        assert markers["goal"].scale.x == pytest.approx(2.0 * mirror.env.task.tolerance)  # type: ignore[attr-defined]
+        assert markers["goal"].scale.x == pytest.approx(2.0 * env.task.tolerance)  # type: ignore[attr-defined]
 
 
 def test_a_base_is_told_in_the_frame_of_its_odometry_and_a_new_episode_begins_a_new_path(viewer: Viewer) -> None:
-    with closing(Mirror(read_pretrained("frobs/KobukiDynamic-v0"))) as mirror:
-        assert mirror.goal_size == 2
-        places = [np.array([x, 0.0, 0.0]) for x in (0.0, 1.0, 2.0, 3.0)]
-        quat = np.array([1.0, 0.0, 0.0, 0.0])
-        scans = {name: np.full(lidar.rays, 5.0) for name, lidar in mirror.lidars.items()}
-        states = [State(np.zeros(2), np.zeros(2), (at, quat, np.zeros(3), np.zeros(3)), scans) for at in places]
-        mirror.begin(states[0], {"goal": np.array([2.5, 0.7])})
-        path, markers = shown(mirror, viewer, states, restart_before=2)
+    with closing(made("frobs/KobukiDynamic-v0", [2.5, 0.7])) as env:
+        env.robot.odom_frame = "odom"  # type: ignore[attr-defined]
+        places = np.array([[[x, 0.0, 0.0]] for x in (0.0, 1.0, 2.0, 3.0)])
+        upright = np.array([[1.0, 0.0, 0.0, 0.0]])
+        path, markers = shown(env, viewer, lambda n: env.robot.write_base_pose(places[n], upright), 4, restart_before=2)
         assert path.header.frame_id == markers["goal"].header.frame_id == "odom"
-        assert [xyz(pose.pose.position) for pose in path.poses] == pytest.approx(np.array(places[2:]))
+        assert [xyz(pose.pose.position) for pose in path.poses] == pytest.approx(places[2:, 0])
         assert xyz(markers["goal"].pose.position)[:2] == pytest.approx([2.5, 0.7])
 
 

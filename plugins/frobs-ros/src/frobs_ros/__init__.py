@@ -4,6 +4,7 @@ This package runs simulations with Gazebo's ROS interface, and policies as ROS n
 
     ros/             find ROS, start and end its processes, talk to its master, nodes and services
     bridge/          any simulation with the topics and services of Gazebo
+    robot/           the simulator ``ros``: a robot behind ROS topics
     policy_node/     the node that runs a policy on a robot
     messages/        types of messages that ROS does not provide
     rviz/            configurations of RViz
@@ -47,14 +48,14 @@ __all__ = [*_MODULES]
 _FOLDERS = {
     "frobs_ros.ros": "doctor environment guard interrupts master names nodes overlay packages processes services "
     "state_publisher",
-    "frobs_ros.policy_node": "mirror policy_loop scans visualization",
+    "frobs_ros.policy_node": "visualization",
+    "frobs_ros.robot": "scans",
     "frobs_rl_compat.ros": "arguments backends robot_basic_env robot_settings ros_controllers ros_gazebo ros_launch "
     "ros_node ros_params ros_spawn ros_urdf",
 }
 _MOVED = {
     **{f"frobs_ros.{name}": [f"{folder}.{name}"] for folder, names in _FOLDERS.items() for name in names.split()},
     "frobs_ros.stand_ins": ["frobs_rl_compat.replacements"],
-    "frobs_ros.ros_robot": ["frobs_ros.policy_node.robot"],
     "frobs_ros.log": ["frobs_ros.ros", "frobs_rl_compat.ros.logged_errors"],
 }
 """Modules of version 0.2, and the modules that define their names now."""

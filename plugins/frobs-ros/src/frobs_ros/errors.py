@@ -7,6 +7,9 @@
 - ``ServiceError``: A service does not exist, cannot be reached, or rejected a request.
 - ``PackageNotFoundError``: A ROS package does not exist, or does not contain a file.
 - ``ProcessError``: A process did not start, or ended immediately.
+- ``RobotSilentError``: A robot does not publish its measurements, or has stopped publishing them.
+- ``ClockResetError``: The ROS clock was set back during a step.
+- ``NodeEndedError``: The node was shut down during a step.
 
 These exceptions are subclasses of the core's ConfigurationError:
 
@@ -121,6 +124,43 @@ class ProcessError(RosError):
         self.output = output
         said = f" Last output:\n{indent(output, '  ')}" if output else ""
         super().__init__(f"{name}: {reason}.{said}")
+
+
+class RobotSilentError(RosError):
+    """A robot does not publish its measurements, or has stopped publishing them.
+
+    Args:
+        missing: Name of the missing measurement.
+        seconds: Time since the measurement was last received [s].
+    """
+
+    def __init__(self, missing: str, seconds: float) -> None:
+        self.missing, self.seconds = missing, seconds
+        super().__init__(
+            f"no {missing} received for {seconds:.2g} s; the robot was commanded to hold its position. Check that the "
+            "robot publishes its measurements, or allow more time with --timeout."
+        )
+
+
+class ClockResetError(RosError):
+    """The ROS clock was set back, for example because a simulation was reset.
+
+    Args:
+        before: Time before [s].
+        now: Time after [s].
+    """
+
+    def __init__(self, before: float, now: float) -> None:
+        super().__init__(
+            f"the ROS clock was set back from {before:g} s to {now:g} s; reset the environment to continue."
+        )
+
+
+class NodeEndedError(RosError):
+    """The node was shut down while a robot was being controlled."""
+
+    def __init__(self) -> None:
+        super().__init__("the node was shut down; the robot is commanded to hold its position.")
 
 
 class ControllerError(ConfigurationError):

@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.contracts import BodyHandle, CommandMode, Pacer, Simulation
-from frobs_core.description import Marker, Placement, Scene
+from frobs_core.contracts import CommandMode, MeasuredBody, MeasuredRobot, Pacer, Simulation, drive_home
+from frobs_core.description import Body, Marker, Placement, Scene
 from frobs_core.util.arrays import Floats, Mask, read_only
 from frobs_core.util.errors import ConfigurationError, SimulationError, UnsuitableRobotError
 from frobs_core.util.validation import positive
 from frobs_ros2.guard import GuardedRobot, safety_filter
-from frobs_ros2.homing import drive_home
 from frobs_ros2.ros import PEER_TIMEOUT, Node, advice, image_of, joints_of, message_type, ros_arguments, seconds_of
 from frobs_ros2.safety import REPEATED
 
@@ -23,7 +22,7 @@ _HOMING_PERIOD = 0.02  # [s]
 _MOST_SILENCE = 5.0  # [s] time without measurements, or with a stopped clock, after which a step fails
 
 
-class Ros2Robot(GuardedRobot):
+class Ros2Robot(GuardedRobot, MeasuredRobot):
     """A robot behind ROS 2 topics, as measured at the end of the last step.
 
     Args:
@@ -41,7 +40,7 @@ class Ros2Robot(GuardedRobot):
             )
         self.describe(name, placement, 1)
         self._node, self._namespace = node, namespace
-        self._positions, self._velocities, self._efforts = self.home.copy(), *np.zeros((2, 1, self.dof))
+        self.measured = np.array([self.home, *np.zeros((2, 1, self.dof))])
         self._latest: tuple[float, Floats, Floats, Floats] | None = None
         self.fault = ""
         tool = placement.robot.end_effector_of()
@@ -66,21 +65,6 @@ class Ros2Robot(GuardedRobot):
         """Whether joint states have arrived."""
         return self._latest is not None
 
-    @property
-    def joint_positions(self) -> Floats:
-        """(1, dof) [rad or m]."""
-        return read_only(self._positions)
-
-    @property
-    def joint_velocities(self) -> Floats:
-        """(1, dof) [rad/s or m/s]."""
-        return read_only(self._velocities)
-
-    @property
-    def joint_efforts(self) -> Floats:
-        """(1, dof) [N·m or N]."""
-        return read_only(self._efforts)
-
     def read(self, now: float, start: bool = False) -> str:
         """Use the latest measurement, and return why it cannot be used, or an empty text.
 
@@ -94,7 +78,7 @@ class Ros2Robot(GuardedRobot):
             self.rules.start(positions, now, stamp - 1e-9)
         reason = self.rules.measure(stamp, positions, velocities, now)
         if not reason:
-            self._positions, self._velocities, self._efforts = positions[None], velocities[None], efforts[None]
+            self.measured = np.array([positions, velocities, efforts])[:, None]
         return reason
 
     def update(self, now: float) -> str:
@@ -116,35 +100,6 @@ class Ros2Robot(GuardedRobot):
     def has_controller(self) -> bool:
         """Whether a controller listens to the commands."""
         return bool(self._forward[CommandMode.POSITION].get_subscription_count())
-
-
-class Ros2Body(BodyHandle):
-    """A body whose pose a topic reports.
-
-    Args:
-        name: Name in the scene.
-        node: The node.
-        topic: Topic with ``geometry_msgs/msg/PoseStamped`` in the world frame.
-    """
-
-    def __init__(self, name: str, node: Node, topic: str) -> None:
-        self.name = name
-        self._pos, self._quat = np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0, 0.0]])
-        node.subscribe("geometry_msgs/msg/PoseStamped", topic, self._on_pose)
-
-    def _on_pose(self, message: Any) -> None:
-        p, q = message.pose.position, message.pose.orientation
-        self._pos, self._quat = np.array([[p.x, p.y, p.z]]), np.array([[q.w, q.x, q.y, q.z]])
-
-    @property
-    def pose(self) -> tuple[Floats, Floats]:
-        """pos (1, 3) [m] and quat_wxyz (1, 4) in the world frame."""
-        return read_only(self._pos), read_only(self._quat)
-
-    @property
-    def twist(self) -> tuple[Floats, Floats]:
-        """Zeros, because a pose does not report velocities: (1, 3) [m/s] and (1, 3) [rad/s]."""
-        return np.zeros((1, 3)), np.zeros((1, 3))
 
 
 class Ros2Simulation(Simulation):
@@ -203,7 +158,7 @@ class Ros2Simulation(Simulation):
             self.robots = self._robots = {
                 name: Ros2Robot(name, one, self._node, spaces[name], safety or {}) for name, one in robots.items()
             }
-            self.bodies = {name: Ros2Body(name, self._node, (bodies or {})[name]) for name in scene.bodies}
+            self.bodies = {name: self._measured_body(name, body, bodies or {}) for name, body in scene.bodies.items()}
             self._images: dict[str, np.ndarray[Any, Any]] = {}
             for camera, topic in (cameras or {}).items():
                 self._node.subscribe("sensor_msgs/msg/Image", topic, partial(self._on_image, camera))
@@ -298,6 +253,15 @@ class Ros2Simulation(Simulation):
 
     _robots: Mapping[str, Ros2Robot] = {}
     _last_good = 0.0
+
+    def _measured_body(self, name: str, body: Body, topics: Mapping[str, str]) -> MeasuredBody:
+        def on_pose(message: Any) -> None:
+            p, q = message.pose.position, message.pose.orientation
+            handle.measure(np.array([p.x, p.y, p.z]), np.array([q.w, q.x, q.y, q.z]))
+
+        handle = MeasuredBody(name, body.pose)
+        self._node.subscribe("geometry_msgs/msg/PoseStamped", topics[name], on_pose)
+        return handle
 
     def _send(self, decimation: int, duration: float) -> None:
         now = self._clock()

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import signal
+from collections import deque
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -72,9 +73,11 @@ def run(
         float | None,
         typer.Option(metavar="S", show_default=False, help="Stop after this many seconds of ROS time."),
     ] = None,
-    simulator: Annotated[
-        str, typer.Option(metavar="NAME", help="Simulator used to mirror the robot's state.")
-    ] = "mujoco",
+    body: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=TOPIC", show_default=False, help="Topic with the pose of a body (PoseStamped)."),
+    ] = None,
+    simulator: Annotated[str | None, typer.Option(hidden=True)] = None,
     json: Json = False,
 ) -> None:
     """Run a trained policy on a robot that is controlled through ROS, until Ctrl-C is pressed.
@@ -92,11 +95,13 @@ def run(
     from frobs_core.plugins.registry import pretrained_path
     from frobs_deploy import Policy, read_bundle, read_manifest
     from frobs_models import fingerprint
-    from frobs_ros.policy_node.mirror import Mirror
-    from frobs_ros.policy_node.policy_loop import Report, act
-    from frobs_ros.policy_node.robot import RosRobot, Topics
+    from frobs_ros.bridge.poses import read_vector
+    from frobs_ros.messages.types import find_type
+    from frobs_ros.policy_node.running import act, make_env
     from frobs_ros.policy_node.visualization import Visualization
     from frobs_ros.ros.environment import use_ros
+    from frobs_ros.ros.master import require
+    from frobs_ros.ros.names import resolve
 
     opened = read_bundle(pretrained_path(bundle) if pretrained or policy else bundle)
     if robot is None:
@@ -104,28 +109,50 @@ def run(
     else:
         model = load_model(robot, xacro_args=read_manifest(opened).xacro_args)
         acting = Policy(opened, robot=fingerprint(model), joint_names=model.joint_names)
-    mirror = Mirror(opened, simulator, speed)
-    with contextlib.closing(mirror), only_json(json):
+    bodies = dict(_name_and_topic(each) for each in body or ())
+    with only_json(json):
+        if simulator is not None:
+            print_note("--simulator has no effect any more; observations are computed from measurements only")
         use_ros()
         import rospy
 
+        require()
         rospy.init_node("frobs_policy", anonymous=True, disable_signals=True)
         signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends the run like Ctrl-C
         try:
-            live = RosRobot(mirror, namespace, controller, Topics(joint_states, odom, scan, goal_topic))
-            print_note(f"sending a command every {mirror.env.control_timestep:g} s; press Ctrl-C to stop")
-            report: Report = act(
-                live,
-                mirror,
-                acting,
-                goal=None if goal is None else np.array(goal),
+            goals: deque[Any] = deque(maxlen=1)
+            topic = resolve(namespace.rstrip("/"), goal_topic)
+            rospy.Subscriber(topic, find_type("geometry_msgs/Point"), lambda new: goals.append(read_vector(new)))
+            env = make_env(
+                opened,
+                namespace=namespace,
+                controller=controller,
+                topics={"joint_states": joint_states, "odom": odom, "scan": scan},
+                bodies=bodies,
+                speed=speed,
                 timeout=timeout,
-                seconds=seconds,
-                on_step=Visualization(live, mirror, namespace).update,
             )
+            with contextlib.closing(env):
+                print_note(f"sending a command every {env.control_timestep:g} s; press Ctrl-C to stop")
+                report = act(
+                    env,
+                    acting,
+                    clock=rospy.get_time,
+                    goal=None if goal is None else np.array(goal),
+                    goals=goals,
+                    seconds=seconds,
+                    on_step=Visualization(env, namespace).update,
+                )
         finally:
             rospy.signal_shutdown("the policy ended")
     if json:
         print_json({**vars(report), "latency": str(acting.latency)})
     else:
         print_line(f"{report.steps:,} commands, {report.late} of them late; time per action: {acting.latency}")
+
+
+def _name_and_topic(text: str) -> tuple[str, str]:
+    name, separator, topic = text.partition("=")
+    if not separator:
+        raise typer.BadParameter(f"'{text}' has no '='; write NAME=TOPIC.", param_hint="--body")
+    return name, topic

@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frobs_core.description import Marker
-from frobs_core.util.arrays import Floats
+from frobs_core.kernel.env import RobotEnv
 from frobs_ros.bridge.poses import WORLD, Place, pose_message
 
 if TYPE_CHECKING:
-    from frobs_ros.policy_node.mirror import Mirror
-    from frobs_ros.policy_node.policy_loop import Report
-    from frobs_ros.policy_node.robot import RosRobot
+    from frobs_ros.policy_node.running import Report
 
 PATH, MARKERS = "path", "visualization_marker_array"
 """Topic names, relative to the robot's namespace."""
@@ -34,22 +32,21 @@ class Visualization:
     frame if the base moves, and otherwise in the frame of the robot's root link.
 
     Args:
-        robot: Robot that the policy controls.
-        mirror: Mirror that follows the robot.
+        env: Environment in which the policy acts. Its robot is a :class:`frobs_ros.robot.handle.RosRobot`.
         namespace: Namespace of the topics.
     """
 
-    def __init__(self, robot: RosRobot, mirror: Mirror, namespace: str = "/") -> None:
+    def __init__(self, env: RobotEnv, namespace: str = "/") -> None:
         import rospy
         from nav_msgs.msg import Path
         from visualization_msgs.msg import MarkerArray
 
-        self._robot, self._mirror = robot, mirror
+        self._env, self._robot, self._time = env, env.robot, rospy.Time
+        self._moves = env.robot.robot.base != "fixed"
         space = namespace.rstrip("/")
         self._path = rospy.Publisher(f"{space}/{PATH}", Path, queue_size=1)
         self._markers = rospy.Publisher(f"{space}/{MARKERS}", MarkerArray, queue_size=1)
         self._poses: deque[Any] = deque(maxlen=_LENGTH)
-        self._spacing = _BASE_SPACING if mirror.moves else _SPACING
         self._last_pos = np.full(3, np.inf)
         self._published = -np.inf
         self._restarts = 0
@@ -61,71 +58,50 @@ class Visualization:
             report: Report of the run after the latest step of the policy. If the number of restarts has changed, a new
                 path begins.
         """
+        from geometry_msgs.msg import PoseStamped
+
         if report.restarts != self._restarts:
             self._restarts = report.restarts
             self._poses.clear()
             self._last_pos = np.full(3, np.inf)
-        now = self._robot.now()
-        frame = _Frame(self._robot, self._mirror)
-        self._extend(frame)
-        if abs(now - self._published) < _INTERVAL:
+        stamp = self._time.now()
+        header, frame = self._frame(stamp)
+        pos, quat = (part[0] for part in (self._robot.base_pose if self._moves else self._robot.frame_pose("tcp")))
+        if np.linalg.norm(pos - self._last_pos) >= (_BASE_SPACING if self._moves else _SPACING):
+            self._last_pos = pos.copy()
+            self._poses.append(PoseStamped(header, pose_message(Place(pos, quat).seen_from(frame))))
+        if abs(stamp.to_sec() - self._published) < _INTERVAL:
             return
-        self._published = now
+        self._published = stamp.to_sec()
         if self._path.get_num_connections():
-            self._path.publish(self._path.data_class(header=frame.header(), poses=list(self._poses)))
+            self._path.publish(self._path.data_class(header=header, poses=list(self._poses)))
         if self._markers.get_num_connections():
-            self._markers.publish(self._markers.data_class(markers=self._shapes(frame)))
+            shapes = [_sphere(header, frame, *each) for each in enumerate(self._env.task.markers())]
+            self._markers.publish(self._markers.data_class(markers=shapes))
 
-    def _extend(self, frame: _Frame) -> None:
-        from geometry_msgs.msg import PoseStamped
-
-        pos, quat = self._mirror.measured_pose
-        if np.linalg.norm(pos - self._last_pos) >= self._spacing:
-            self._last_pos = pos
-            self._poses.append(PoseStamped(frame.header(), frame.pose(pos, quat)))
-
-    def _shapes(self, frame: _Frame) -> list[Any]:
-        """Return the task's markers as a list of ``visualization_msgs/Marker``."""
-        return [_sphere(frame, number, marker) for number, marker in enumerate(self._mirror.env.task.markers())]
-
-
-class _Frame:
-    """The frame in which messages are expressed, and the transformation from the mirror's world to this frame."""
-
-    def __init__(self, robot: RosRobot, mirror: Mirror) -> None:
-        if mirror.moves:
-            self.name = robot.odom_frame
-            self._place = WORLD
-        else:
-            handle = mirror.env.robot
-            self.name = handle.model.root
-            pos, quat = handle.frame_pose(self.name)
-            self._place = Place(pos[0], quat[0])
-
-    def header(self) -> Any:
-        """Return a ``std_msgs/Header`` for the current time."""
-        import rospy
+    def _frame(self, stamp: Any) -> tuple[Any, Place]:
+        """Return the ``std_msgs/Header`` of messages, and the pose of their frame in the world."""
         from std_msgs.msg import Header
 
-        return Header(stamp=rospy.Time.now(), frame_id=self.name)
+        if self._moves:
+            return Header(stamp=stamp, frame_id=self._robot.odom_frame), WORLD  # type: ignore[attr-defined]
+        root = self._robot.model.root
+        return Header(stamp=stamp, frame_id=root), Place(*(part[0] for part in self._robot.frame_pose(root)))
 
-    def pose(self, pos: Floats, quat_wxyz: Floats) -> Any:
-        """Convert a world pose, pos (3,) [m] and quat_wxyz (4,), to a ``geometry_msgs/Pose`` in this frame."""
-        return pose_message(Place(pos, quat_wxyz).seen_from(self._place))
 
-
-def _sphere(frame: _Frame, number: int, marker: Marker) -> Any:
+def _sphere(header: Any, frame: Place, number: int, marker: Marker) -> Any:
+    """Return a ``visualization_msgs/Marker``."""
     from geometry_msgs.msg import Vector3
     from std_msgs.msg import ColorRGBA
     from visualization_msgs.msg import Marker as Message
 
     return Message(
-        header=frame.header(),
+        header=header,
         ns=marker.name,
         id=number,
         type=Message.SPHERE,
         action=Message.ADD,
-        pose=frame.pose(marker.pos[0], WORLD.quat_wxyz),
+        pose=pose_message(Place(marker.pos[0], WORLD.quat_wxyz).seen_from(frame)),
         scale=Vector3(*[2.0 * marker.radius] * 3),
         color=ColorRGBA(*marker.rgba),
     )

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import contextlib
-import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import gymnasium as gym
 import pytest
 
+from frobs_core.contracts import RobotHandle
 from frobs_core.util.errors import ConfigurationError
-from frobs_ros.policy_node.mirror import Mirror
-from frobs_ros.policy_node.robot import RosRobot
-from frobs_train.export.pretrained import read_pretrained
+from frobs_ros.robot.commands import Commands
 
 DRIVE = {
     "type": "diff_drive_controller/DiffDriveController",
@@ -38,40 +37,40 @@ def arm(bridges: Callable[..., Any]) -> None:
 
 
 @pytest.fixture(scope="module")
-def reach() -> Iterator[Mirror]:
-    with contextlib.closing(Mirror(read_pretrained("frobs/Irb120Reach-v0"))) as mirror:
-        yield mirror
+def reach() -> Iterator[RobotHandle]:
+    with contextlib.closing(gym.make("frobs_core:frobs/Irb120Reach-v0", disable_env_checker=True)) as env:
+        yield env.unwrapped.robot  # type: ignore[attr-defined]
 
 
 @pytest.fixture(scope="module")
-def maze() -> Iterator[Mirror]:
-    with contextlib.closing(Mirror(read_pretrained("frobs/KobukiMaze-v0"))) as mirror:
-        yield mirror
+def maze() -> Iterator[RobotHandle]:
+    with contextlib.closing(gym.make("frobs_core:frobs/KobukiMaze-v0", disable_env_checker=True)) as env:
+        yield env.unwrapped.robot  # type: ignore[attr-defined]
 
 
-def test_a_controller_that_runs_is_taken(arm: None, reach: Mirror) -> None:
-    robot = RosRobot(reach, controller="arm_controller")
-    until = time.monotonic() + 20.0
-    while robot.state() is None:
-        assert time.monotonic() < until
-        _step()
+def commands(robot: RobotHandle, controller: str, namespace: str = "") -> Commands:
+    return Commands(robot, namespace, controller, "cmd_vel")
 
 
-def test_a_controller_that_is_not_loaded_or_does_not_run_is_refused(arm: None, reach: Mirror) -> None:
+def test_a_controller_that_runs_is_taken(arm: None, reach: RobotHandle) -> None:
+    commands(reach, "arm_controller").hold(0.1)
+
+
+def test_a_controller_that_is_not_loaded_or_does_not_run_is_refused(arm: None, reach: RobotHandle) -> None:
     with pytest.raises(
         ConfigurationError,
         match=r"controller 'leg': the controller is not loaded in the namespace /; "
         r"loaded controllers: arm_controller, ",
     ):
-        RosRobot(reach, controller="leg")
+        commands(reach, "leg")
     with pytest.raises(
         ConfigurationError,
         match=r"'joint_group_position_controller': the controller is .*; running controllers: arm_controller, ",
     ):
-        RosRobot(reach, controller="joint_group_position_controller")
+        commands(reach, "joint_group_position_controller")
 
 
-def test_a_drive_that_does_not_run_is_refused_as_others_are(arm: None, maze: Mirror) -> None:
+def test_a_drive_that_does_not_run_is_refused_as_others_are(arm: None, maze: RobotHandle) -> None:
     import rospy
     from controller_manager_msgs.srv import LoadController, SwitchController
     from gazebo_msgs.srv import SpawnModel
@@ -87,25 +86,18 @@ def test_a_drive_that_does_not_run_is_refused_as_others_are(arm: None, maze: Mir
     with pytest.raises(
         ConfigurationError, match=r"'drive': the controller is not loaded; running controllers: \(none\)"
     ):
-        RosRobot(maze, MANAGED, "drive")
+        commands(maze, "drive", MANAGED)
     assert call(f"{MANAGED}/controller_manager/load_controller", LoadController, "drive").ok
     with pytest.raises(ConfigurationError, match="'drive': the controller is initialized; running controllers"):
-        RosRobot(maze, MANAGED, "drive")
+        commands(maze, "drive", MANAGED)
     switched = call(f"{MANAGED}/controller_manager/switch_controller", SwitchController, ["drive"], [], 2, False, 3.0)
     assert switched.ok
-    RosRobot(maze, MANAGED, "drive")
+    commands(maze, "drive", MANAGED)
     assert f"{MANAGED}/drive/cmd_vel" in [name for name, _ in rospy.get_published_topics(MANAGED)]
 
 
-def test_where_nobody_manages_controllers_a_drive_is_trusted(arm: None, maze: Mirror) -> None:
+def test_where_nobody_manages_controllers_a_drive_is_trusted(arm: None, maze: RobotHandle) -> None:
     import rospy
 
     rospy.set_param("/unmanaged/drive", DRIVE)
-    RosRobot(maze, "/unmanaged", "drive")
-
-
-def _step() -> None:
-    from frobs_msgs.srv import StepWorld
-    from frobs_ros.ros.services import call
-
-    call("/gazebo/step", StepWorld, 20)
+    commands(maze, "drive", "/unmanaged")

@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from frobs_core.contracts import CommandMode, RobotHandle
+from frobs_core.contracts.robot_handle import RobotHandle
+from frobs_core.description.robot import CommandMode
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import SimulationError
 
