@@ -7,9 +7,8 @@ from frobs_core.contracts.contacts import ContactState
 from frobs_core.contracts.control import Control, RobotControl, joint_groups
 from frobs_core.contracts.controller import Controller
 from frobs_core.contracts.goal_task import GoalTask, PositionGoalTask, distance_between, position_goal_rewards
-from frobs_core.contracts.homing import drive_home
 from frobs_core.contracts.joint_group import JointGroup, JointSubset
-from frobs_core.contracts.measured import MeasuredBody, MeasuredRobot
+from frobs_core.contracts.measured import MeasuredBody, MeasuredRobot, MeasuredSimulation
 from frobs_core.contracts.model_reader import ModelReader
 from frobs_core.contracts.pacing import Pacer
 from frobs_core.contracts.policy import Expert, Operator, Policy
@@ -37,6 +36,7 @@ __all__ = [
     "JointSubset",
     "MeasuredBody",
     "MeasuredRobot",
+    "MeasuredSimulation",
     "ModelReader",
     "Operator",
     "Pacer",
@@ -55,7 +55,6 @@ __all__ = [
     "Wrench",
     "active_gains",
     "distance_between",
-    "drive_home",
     "joint_groups",
     "position_goal_rewards",
 ]

@@ -13,12 +13,17 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Body, Placement, Scene
 from frobs_core.kernel.env import RobotEnv
+from frobs_core.models import Box
+from frobs_core.plugins import get_record
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import CapabilityError, ConfigurationError
 from frobs_deploy import Policy
 from frobs_ros.errors import ClockResetError, RobotSilentError
 from frobs_ros.policy_node.running import act, make_env
+from frobs_ros.robot.simulation import RosSimulation
 from frobs_train.export.pretrained import read_pretrained
 
 REACH, MAZE = "frobs/Irb120Reach-v0", "frobs/KobukiMaze-v0"
@@ -55,6 +60,12 @@ class PlayedArm:
     def _hear(self, message: Any) -> None:
         self.positions = np.array(message.data)[::-1]
         self.commands.append(self.positions)
+
+    def wait_until_it_hears(self) -> None:
+        until = time.monotonic() + 20.0
+        while not self._topic.get_num_connections():
+            assert time.monotonic() < until
+            time.sleep(0.01)
 
     def _publish(self) -> None:
         while not self._is_over:
@@ -105,7 +116,7 @@ def test_commands_stay_within_what_the_joints_may(arm: PlayedArm) -> None:
     with closing(make_env(read_pretrained(REACH), **ARM, speed=0.1)) as env:
         env.reset(seed=0, options=GOAL)
         before = env.robot.joint_positions[0].copy()
-        arm.commands.clear()
+        arm.wait_until_it_hears()
         env.step(np.ones(6))
         assert arm.commands[0] - before == pytest.approx(0.1 * env.robot.velocity_limit[0] * env.control_timestep)
 
@@ -113,6 +124,7 @@ def test_commands_stay_within_what_the_joints_may(arm: PlayedArm) -> None:
 def test_a_robot_that_falls_silent_holds(arm: PlayedArm) -> None:
     with closing(make_env(read_pretrained(REACH), **{**ARM, "timeout": 0.3})) as env:
         env.reset(seed=0, options=GOAL)
+        arm.wait_until_it_hears()
         env.step(np.ones(6))
         arm.is_silent = True
         time.sleep(0.4)
@@ -182,6 +194,27 @@ def test_a_base_is_where_its_odometry_says_and_a_lidar_reads_its_scans(rosmaster
         assert observation[nearness] == pytest.approx(1.0 / (1.0 + expected), abs=1e-6)
     for publisher in publishers:
         publisher.unregister()
+
+
+def test_a_body_is_where_its_topic_says(arm: PlayedArm) -> None:
+    import rospy
+    from geometry_msgs.msg import PoseStamped
+
+    message = PoseStamped()
+    message.pose.position.x, message.pose.orientation.w = 0.4, 1.0
+    publisher = rospy.Publisher("/played/box_pose", PoseStamped, queue_size=1, latch=True)
+    publisher.publish(message)
+    robot = get_record("robot", "irb120").load()
+    placement = Placement(robot=robot, model=robot.read_model(), command_mode=CommandMode.POSITION)
+    scene = Scene(bodies={"box": Body(geometry=Box((0.1, 0.1, 0.1)), mass=0.1)})
+    kwargs: Any = {**ARM, "home": False, "timeout": 1.0, "bodies": {"box": "box_pose"}}
+    simulation = RosSimulation({"robot": placement}, scene, num_envs=1, physics_timestep=0.01, **kwargs)
+    with closing(simulation):
+        simulation.reset()
+        assert simulation.bodies["box"].pose[0][0] == pytest.approx([0.4, 0.0, 0.0])
+        with pytest.raises(RobotSilentError, match="no pose of box received"):
+            simulation.step(300)
+    publisher.unregister()
 
 
 @pytest.mark.parametrize(

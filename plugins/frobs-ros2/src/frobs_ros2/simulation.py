@@ -9,16 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.contracts import CommandMode, MeasuredBody, MeasuredRobot, Pacer, Simulation, drive_home
-from frobs_core.description import Body, Marker, Placement, Scene
-from frobs_core.util.arrays import Floats, Mask, read_only
-from frobs_core.util.errors import ConfigurationError, SimulationError, UnsuitableRobotError
+from frobs_core.contracts import CommandMode, MeasuredBody, MeasuredRobot, MeasuredSimulation, Pacer
+from frobs_core.description import Marker, Placement, Scene
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.errors import SimulationError, UnsuitableRobotError
 from frobs_core.util.validation import positive
 from frobs_ros2.guard import GuardedRobot, safety_filter
 from frobs_ros2.ros import PEER_TIMEOUT, Node, advice, image_of, joints_of, message_type, ros_arguments, seconds_of
 from frobs_ros2.safety import REPEATED
 
-_HOMING_PERIOD = 0.02  # [s]
 _MOST_SILENCE = 5.0  # [s] time without measurements, or with a stopped clock, after which a step fails
 
 
@@ -102,7 +101,7 @@ class Ros2Robot(GuardedRobot, MeasuredRobot):
         return bool(self._forward[CommandMode.POSITION].get_subscription_count())
 
 
-class Ros2Simulation(Simulation):
+class Ros2Simulation(MeasuredSimulation):
     """Robots behind ROS 2 topics: forward command controllers, ``joint_states``, image and pose topics.
 
     A reset drives the robots home slowly and waits. All commands pass the safety rules of
@@ -112,7 +111,8 @@ class Ros2Simulation(Simulation):
         namespaces: Namespace of each robot, by name. By default, a single robot has none, and several have their names.
         use_sim_time: Whether to use the clock of the topic ``/clock``.
         cameras: Image topic of each camera, by name.
-        bodies: Topic with the pose of each body of the scene, by name.
+        bodies: Topic with the pose of each body, by name. Bodies with a mass require one. Other bodies are where the
+            scene places them.
         safety: Settings of the safety rules: ``speed``, ``acceleration`` [rad/s²], ``workspace`` (two corners [m]),
             ``slow_start`` [s], ``max_age`` [s] and ``log`` (a file).
         homing_speed: Largest velocity of a joint during a reset [rad/s or m/s].
@@ -141,13 +141,8 @@ class Ros2Simulation(Simulation):
     ) -> None:
         scene.check(robots, lacking=("contacts", "attachments"))
         self.num_envs, self.physics_timestep = num_envs, physics_timestep
-        self._speed, self._timeout = positive("homing_speed", homing_speed), positive("homing_timeout", homing_timeout)
-        missing = sorted(set(scene.bodies) - set(bodies or {}))
-        if missing:
-            raise ConfigurationError(
-                f"the poses of the bodies {', '.join(missing)} are unknown; name their topics (PoseStamped): "
-                f"simulator_kwargs={{'bodies': {{'{missing[0]}': '/{missing[0]}_pose'}}}}."
-            )
+        self.homing = positive("homing_speed", homing_speed), positive("homing_timeout", homing_timeout)
+        self.place_bodies(scene, bodies or {})
         arguments = ros_arguments(parameters=[f"use_sim_time:={str(use_sim_time).lower()}"])
         self._node = Node("frobs_simulation", arguments, network)
         try:
@@ -158,11 +153,12 @@ class Ros2Simulation(Simulation):
             self.robots = self._robots = {
                 name: Ros2Robot(name, one, self._node, spaces[name], safety or {}) for name, one in robots.items()
             }
-            self.bodies = {name: self._measured_body(name, body, bodies or {}) for name, body in scene.bodies.items()}
+            for name, topic in (bodies or {}).items():
+                self._node.subscribe("geometry_msgs/msg/PoseStamped", topic, partial(_on_pose, self.bodies[name]))
             self._images: dict[str, np.ndarray[Any, Any]] = {}
             for camera, topic in (cameras or {}).items():
                 self._node.subscribe("sensor_msgs/msg/Image", topic, partial(self._on_image, camera))
-            self.pacer = self._pacer = Pacer(self._clock, self._sleep)
+            self.pacer = Pacer(self._clock, self._sleep)
             if not self._node.spin_until(self._is_connected, PEER_TIMEOUT):
                 raise SimulationError(
                     f"within {PEER_TIMEOUT:g} s, no joint_states with all joints arrived, or no "
@@ -176,43 +172,10 @@ class Ros2Simulation(Simulation):
             raise
 
     @property
-    def time(self) -> Floats:
-        """(1,) [s] since the reset."""
-        return read_only(self._pacer.time)
-
-    @property
     def measurement_age(self) -> Floats:
         """Age of the oldest joint state in use, (1,) [s]."""
         now = self._clock()
         return np.array([max(robot.rules.age(now) for robot in self._robots.values())])
-
-    def reset(self, mask: Mask | None = None) -> None:
-        """Drive all robots home slowly, and return when they have stopped there."""
-        if mask is not None and not mask.any():
-            return
-        self._pacer.restart()
-        self._last_good = time.monotonic()
-        for robot in self._robots.values():
-            robot.read(self._clock(), start=True)
-            robot.fault = ""
-
-        def advance() -> float:
-            self._send(1, _HOMING_PERIOD)
-            self._wait(_HOMING_PERIOD)
-            return float(self._pacer.time[0])
-
-        drive_home(self._robots, advance, _HOMING_PERIOD, self._speed, self._timeout)
-        self._pacer.restart()
-
-    def step(self, decimation: int) -> None:
-        """Send the commands, wait until the step is over, and read the measurements.
-
-        Raises:
-            SimulationError: There were no usable measurements for several seconds.
-        """
-        duration = decimation * self.physics_timestep
-        self._send(decimation, duration)
-        self._wait(duration)
 
     def hold(self) -> None:
         """Command all robots to hold, immediately."""
@@ -247,23 +210,15 @@ class Ros2Simulation(Simulation):
     def close(self) -> None:
         """Make the robots hold, and end the node."""
         if self._node.ok():
-            if all(robot.is_measured for robot in self._robots.values()) and self._pacer.time[0] > 0.0:
+            if all(robot.is_measured for robot in self._robots.values()) and self.pacer.time[0] > 0.0:
                 self.hold()
             self._node.close()
 
     _robots: Mapping[str, Ros2Robot] = {}
     _last_good = 0.0
 
-    def _measured_body(self, name: str, body: Body, topics: Mapping[str, str]) -> MeasuredBody:
-        def on_pose(message: Any) -> None:
-            p, q = message.pose.position, message.pose.orientation
-            handle.measure(np.array([p.x, p.y, p.z]), np.array([q.w, q.x, q.y, q.z]))
-
-        handle = MeasuredBody(name, body.pose)
-        self._node.subscribe("geometry_msgs/msg/PoseStamped", topics[name], on_pose)
-        return handle
-
-    def _send(self, decimation: int, duration: float) -> None:
+    def send(self, decimation: int, duration: float) -> None:
+        """Send the commands that the safety rules allow. For the arguments, see :meth:`.MeasuredSimulation.send`."""
         now = self._clock()
         for robot in self._robots.values():
             mode, values = robot.safe_command(decimation, duration, now)
@@ -271,10 +226,23 @@ class Ros2Simulation(Simulation):
                 mode, values = robot.hold_command(robot.fault, now)
             robot.send(mode, values)
 
-    def _wait(self, duration: float) -> None:
-        self._pacer.wait(duration)
+    def receive(self, start: bool = False) -> None:
+        """Read the latest measurements that the safety rules allow.
+
+        Args:
+            start: Whether to accept any positions.
+
+        Raises:
+            SimulationError: There were no usable measurements for several seconds.
+        """
         self._node.spin()
         now = self._clock()
+        if start:
+            self._last_good = time.monotonic()
+            for robot in self._robots.values():
+                robot.read(now, start=True)
+                robot.fault = ""
+            return
         faults = [fault for robot in self._robots.values() if (fault := robot.update(now))]
         if not faults:
             self._last_good = time.monotonic()
@@ -302,3 +270,8 @@ class Ros2Simulation(Simulation):
             self._images[camera] = image_of(message)
         except ValueError as error:
             raise SimulationError(f"an image of the camera '{camera}' cannot be used: {error}.") from None
+
+
+def _on_pose(body: MeasuredBody, message: Any) -> None:
+    p, q = message.pose.position, message.pose.orientation
+    body.measure(np.array([p.x, p.y, p.z]), np.array([q.w, q.x, q.y, q.z]))

@@ -85,7 +85,7 @@ def _keywords(trained: Mapping[str, Any]) -> dict[str, Any]:
     for name in ("randomize", "cameras", "simulator_kwargs"):
         keywords.pop(name, None)
     config = EnvConfig.from_dict({**find_spec(trained["id"]).kwargs, **keywords})
-    lidars = plan(config, 1).everything["robot"].robot.lidars
+    lidars = next(iter(plan(config, 1).everything.values())).robot.lidars
     if lidars:
         sensors = config.sensors or {}
         keywords["sensors"] = {**sensors, **{name: {**(sensors.get(name) or {}), **_REAL_SCAN} for name in lidars}}

@@ -42,9 +42,9 @@ class Commands:
         self._robot, self._namespace = robot, namespace
         self._order = list(robot.joint_names)
         self._publisher, self._message = self._open(controller, cmd_vel)
-        self._ending, self._holds = threading.Event(), threading.Event()
+        self._holds = threading.Event()
         self._holds.set()
-        rospy.on_shutdown(self._end)
+        rospy.on_shutdown(self._wait_until_it_holds)
 
     def _name(self, topic: str) -> str:
         return resolve(self._namespace, topic)
@@ -170,18 +170,12 @@ class Commands:
         """Whether the last command was to hold the position, or no command has been sent."""
         return self._holds.is_set()
 
-    @property
-    def is_over(self) -> bool:
-        """Whether the node is shutting down."""
-        return self._ending.is_set()
-
     def close(self) -> None:
         """End the connections to the controller."""
         self._publisher.unregister()
 
-    def _end(self) -> None:
+    def _wait_until_it_holds(self) -> None:
         """Delay the shutdown of the node until the robot has been commanded to hold its position."""
-        self._ending.set()
         self._holds.wait(2.0 * _PATIENCE)
 
     def _sent(self) -> dict[int, int]:
