@@ -9,7 +9,7 @@ import pytest
 
 from frobs_core.util.errors import ParameterValueError
 from frobs_train import RunConfig, evaluate, train
-from frobs_train.cli.describe_run import describe_run, readable_run
+from frobs_train.cli.provider import TrainProvider
 from frobs_train.cli.training_report import describe_training
 from frobs_train.configuration.config import ComponentConfig
 from frobs_train.environments import make_vector_env
@@ -38,8 +38,9 @@ def test_a_run_is_evaluated_and_described_on_its_first_simulator(tmp_path: Path)
     bundle = open_run_or_bundle(export(run).path)
     assert bundle.config.num_envs == NUM_ENVS
     assert evaluate(bundle, 3).mean_reward == pytest.approx(here.mean_reward)
-    shown = readable_run(describe_run(run.path))
-    assert shown["simulator"] == "trained on pybullet (1 environments), mujoco (2 environments); evaluated on pybullet"
+    provider = TrainProvider()
+    shown = provider.readable(provider.describe(str(run.path)))
+    assert shown["simulator"] == "trained on 1 × pybullet, 2 × mujoco; evaluated on pybullet"
     assert "3 environments (1 on pybullet, 2 on mujoco)" in describe_training(wanted, "training", "run")
 
 

@@ -67,7 +67,7 @@ class TrainProvider(Provider):
         shown: dict[str, Any] = {key: facts[key] for key in ("kind", "name", "environment")}
         shown |= facts["environment_kwargs"]
         if isinstance(counts := facts["config"]["num_envs"], dict):
-            trained_on = ", ".join(f"{name} ({count:,} environments)" for name, count in counts.items())
+            trained_on = ", ".join(f"{count:,} × {name}" for name, count in counts.items())
             shown["simulator"] = f"trained on {trained_on}; evaluated on {facts['environment_kwargs']['simulator']}"
         if facts["config"]["randomize"]:
             shown["randomized"] = ", ".join(facts["config"]["randomize"])
