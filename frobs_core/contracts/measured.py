@@ -73,10 +73,10 @@ class MeasuredRobot(RobotHandle):
         fastest = speed * self.velocity_limit[0]
         if mode is CommandMode.POSITION:
             reach, measured = fastest * duration, self.joint_positions[0]
-            near = np.clip(asked, measured - reach, measured + reach)
-            return np.clip(near, self.position_lower[0], self.position_upper[0])
+            low, high = self.position_lower[0], self.position_upper[0]
+            return np.asarray(np.clip(np.clip(asked, measured - reach, measured + reach), low, high))
         most = fastest if mode is CommandMode.VELOCITY else self.effort_limit[0]
-        return np.clip(asked, -most, most)
+        return np.asarray(np.clip(asked, -most, most))
 
 
 class MeasuredBody(BodyHandle):

@@ -77,7 +77,7 @@ def run(
         list[str] | None,
         typer.Option(metavar="NAME=TOPIC", show_default=False, help="Topic with the pose of a body (PoseStamped)."),
     ] = None,
-    simulator: Annotated[str | None, typer.Option(hidden=True)] = None,
+    simulator: Annotated[str | None, typer.Option(hidden=True, help="No effect since version 0.3.")] = None,
     json: Json = False,
 ) -> None:
     """Run a trained policy on a robot that is controlled through ROS, until Ctrl-C is pressed.

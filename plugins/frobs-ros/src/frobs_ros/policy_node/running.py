@@ -70,13 +70,10 @@ def make_env(bundle: Bundle, **simulator_kwargs: Any) -> RobotEnv:
             f"{bundle.path} uses the images {names}, but this command does not support images; run the policy with "
             "frobs_deploy.Policy and pass the images of the robot's camera to act()."
         )
-    keywords = _keywords(trained)
-    return gym.make(
-        f"frobs_core:{trained['id']}",
-        disable_env_checker=True,
-        **keywords,
-        simulator_kwargs={**simulator_kwargs, "home": False},
-    ).unwrapped  # type: ignore[return-value]
+    kwargs = {**_keywords(trained), "simulator_kwargs": {**simulator_kwargs, "home": False}}
+    env = gym.make(f"frobs_core:{trained['id']}", disable_env_checker=True, **kwargs).unwrapped
+    assert isinstance(env, RobotEnv)
+    return env
 
 
 def _keywords(trained: Mapping[str, Any]) -> dict[str, Any]:
@@ -121,7 +118,8 @@ def act(
     Raises:
         RobotSilentError: The robot has stopped sending measurements.
     """
-    report, start, observation, missed, is_over = Report(), clock(), None, 0.0, False
+    report, start, missed, is_over = Report(), clock(), 0.0, False
+    observation: Any = None
     while seconds is None or clock() - start < seconds:
         try:
             if goals:

@@ -136,4 +136,4 @@ class RosRobot(MeasuredRobot):
         """
         lidar = self.robot.lidars[check_name("lidar", name, self.robot.lidars)]
         ranges = np.nan_to_num(rays_of(self._scan, lidar), nan=lidar.range_max, posinf=lidar.range_max)
-        return np.clip(ranges, lidar.range_min, lidar.range_max)[None]
+        return np.asarray(np.clip(ranges, lidar.range_min, lidar.range_max)[None])
