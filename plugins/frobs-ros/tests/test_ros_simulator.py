@@ -22,7 +22,7 @@ from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import CapabilityError, ConfigurationError
 from frobs_deploy import Policy
 from frobs_ros.errors import ClockResetError, RobotSilentError
-from frobs_ros.policy_node.running import act, make_env
+from frobs_ros.policy_node.running import Report, act, make_env
 from frobs_ros.robot.simulation import RosSimulation
 from frobs_train.export.pretrained import read_pretrained
 
@@ -104,9 +104,17 @@ def test_observations_are_those_of_the_training_environment(arm: PlayedArm, env:
 
 def test_a_policy_reaches_a_goal_on_topics_and_then_the_robot_holds(arm: PlayedArm, env: RobotEnv) -> None:
     goal = GOAL["goal"]
-    report = act(env, Policy(read_pretrained(REACH)), clock=time.monotonic, goal=goal, seconds=2.0)
+    reports: list[Report] = []  # time is counted in steps, because a busy machine misses deadlines
+    report = act(
+        env,
+        Policy(read_pretrained(REACH)),
+        clock=lambda: float(len(reports)),
+        goal=goal,
+        seconds=50.0,
+        on_step=reports.append,
+    )
     assert report.is_success
-    assert report.steps == pytest.approx(2.0 / env.control_timestep, abs=5)
+    assert report.steps == 50
     assert np.linalg.norm(env.robot.frame_pose("tcp")[0][0] - goal) < 0.05
     env.close()
     assert arm.commands[-1] == pytest.approx(arm.commands[-2])
