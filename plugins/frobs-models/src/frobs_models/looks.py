@@ -83,7 +83,7 @@ class WrittenLooks(ABC):
         self.values[name, target][rows_of(mask)] = np.clip(values, low, high)
 
     def sky_color(self, env: int) -> np.ndarray[Any, np.dtype[np.uint8]] | None:
-        """Return the color of the background in an environment, (3,), or None if it was never written."""
+        """Return the color of the background in environment ``env``, (3,), or None if it was never written."""
         color = self.values.get(("color", self.sky))
         return None if color is None else (255.0 * color[env]).round().astype(np.uint8)
 

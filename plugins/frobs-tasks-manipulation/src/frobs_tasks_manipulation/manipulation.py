@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, ClassVar
@@ -85,16 +84,8 @@ class Manipulation(Task):
     def cameras(self) -> dict[str, Camera]:
         """Return a camera that shows the whole arm, and one that views the working area from the front right."""
         x, y = self.center.tolist()
-        return {
-            "whole": self.whole_view(),
-            "overview": Camera(pos=(x + 0.75, y - 0.75, 0.65), target=(x - 0.1, y, 0.12), fov_y=42.0),
-        }
-
-    def whole_view(self) -> Camera:
-        """Return a camera that shows an arm at the origin and its working area, at a distance that suits its reach."""
-        x, y = self.center.tolist()
-        reach = 0.2 + 0.6 * math.hypot(x, y)  # small arms are higher than wide
-        return Camera(pos=(3.2 * reach, y - 2.3 * reach, 2.0 * reach), target=(0.64 * x, y, 0.6 * reach), fov_y=36.0)
+        overview = Camera(pos=(x + 0.75, y - 0.75, 0.65), target=(x - 0.1, y, 0.12), fov_y=42.0)
+        return {"whole": self.working_area.whole_view(), "overview": overview}
 
     def bind(self, simulation: Simulation, control: Control, control_timestep: float) -> None:
         """Bind the task to a simulation.

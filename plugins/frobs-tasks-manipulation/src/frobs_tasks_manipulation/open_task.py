@@ -110,10 +110,8 @@ class OpenTask(Manipulation):
     def cameras(self) -> dict[str, Camera]:
         """Return a camera that shows the whole arm, and one that views the front of the furniture from the right."""
         x, y = self.center.tolist()
-        return {
-            "whole": self.whole_view(),
-            "overview": Camera(pos=(x - 0.5, y - 0.85, 0.65), target=(x + 0.02, y, 0.13), fov_y=42.0),
-        }
+        overview = Camera(pos=(x - 0.5, y - 0.85, 0.65), target=(x + 0.02, y, 0.13), fov_y=42.0)
+        return {"whole": self.working_area.whole_view(), "overview": overview}
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
         """Return the observation terms for tool, handle (x, y), joint, handle − tool and target − joint."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from frobs_core.contracts import Task
+from frobs_core.description import Camera
 from frobs_core.util.arrays import Floats, Mask, rows_of
 from frobs_core.util.errors import ResetOptionError
 from frobs_core.util.random import RandomSource
@@ -30,6 +32,12 @@ class WorkingArea:
 
     def __init__(self, center: Floats, side: float) -> None:
         self.center, self.side = center, side
+
+    def whole_view(self) -> Camera:
+        """Return a camera that shows an arm at the origin and the area, at a distance that suits the arm."""
+        x, y = self.center.tolist()
+        reach = 0.2 + 0.6 * math.hypot(x, y)  # small arms are higher than wide
+        return Camera(pos=(3.2 * reach, y - 2.3 * reach, 2.0 * reach), target=(0.64 * x, y, 0.6 * reach), fov_y=36.0)
 
     def draw(
         self,
