@@ -83,7 +83,11 @@ class WrittenLooks(ABC):
         self.values[name, target][rows_of(mask)] = np.clip(values, low, high)
 
     def sky_color(self, env: int) -> np.ndarray[Any, np.dtype[np.uint8]] | None:
-        """Return the color of the background in environment ``env``, (3,), or None if it was never written."""
+        """Return the color of the background, (3,) in [0, 255], or None if it was never written.
+
+        Args:
+            env: Index of the environment.
+        """
         color = self.values.get(("color", self.sky))
         return None if color is None else (255.0 * color[env]).round().astype(np.uint8)
 
