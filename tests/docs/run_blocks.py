@@ -44,6 +44,7 @@ SHORTER: dict[str, dict[str, str]] = {
         "--run-dir runs/seeing\n": "--run-dir runs/seeing --steps 800 --set num_envs=4 --set algorithm_config.updates=5 "
         "--set algorithm_config.final_updates=5\n",
         "--episodes 200": "--episodes 4",
+        "--episodes 2 --video": "--episodes 1 --video",
         "NUM_ENVS = 32": "NUM_ENVS = 4",
         "assert seeing > 0.9 and blind < 0.2": "assert blind < 0.2",
         "frobs view runs/seeing\n": "frobs view runs/seeing --seconds 1\n",
