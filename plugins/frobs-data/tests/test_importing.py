@@ -243,11 +243,11 @@ def _view(bag: Path) -> Path:
 
 def _bomb(bag: Path) -> Path:
     """Replace the file by one with a chunk that is larger than it claims."""
-    from rosbags.rosbag2.storage_mcap import zstd
+    from rosbags.rosbag2 import storage_mcap
 
     (file,) = bag.glob("*.mcap")
     head = b"\x89MCAP0\r\n" + _record(1, struct.pack("<I", 4) + b"ros2" + struct.pack("<I", 0))
-    zeros = zstd.compress(bytes(2**26))
+    zeros = vars(storage_mcap)["zstd"].compress(bytes(2**26))
     body = struct.pack("<QQQI", 0, 1, 2**20, 0) + struct.pack("<I", 4) + b"zstd" + struct.pack("<Q", len(zeros))
     end = _record(2, struct.pack("<QQI", 0, 0, 0)) + b"\x89MCAP0\r\n"
     file.write_bytes(head + _record(6, body + zeros) + end)

@@ -131,7 +131,8 @@ class Bag:
             advice = _REPAIR + (f", or import the file {files[0]}" if len(files) == 1 else "")
             raise DataError(self.path, f"the folder has no metadata.yaml, so its recording did not end; {advice}.")
         content = load_yaml(metadata).get("rosbag2_bagfile_information")
-        names = content.get("relative_file_paths") if isinstance(content, dict) else None
+        content = content if isinstance(content, dict) else {}
+        names = content.get("relative_file_paths")
         if not isinstance(names, list) or not names or not all(isinstance(name, str) for name in names):
             raise DataError(metadata, f"the names of the bag's files are missing; {_REPAIR}.")
         if str(content.get("compression_mode") or "none").lower() != "none":
@@ -185,5 +186,5 @@ def _limit_decompression() -> None:
         return decompress
 
     storage_mcap.DECOMPRESSORS.update(
-        lz4=limited(lz4.frame.LZ4FrameDecompressor), zstd=limited(storage_mcap.zstd.ZstdDecompressor)
+        lz4=limited(lz4.frame.LZ4FrameDecompressor), zstd=limited(vars(storage_mcap)["zstd"].ZstdDecompressor)
     )

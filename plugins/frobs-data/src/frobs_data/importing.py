@@ -141,7 +141,7 @@ def _follow(mirror: Mirror, episode: BagEpisode, path: Path) -> tuple[dict[str, 
     try:
         start = mirror.begin(episode.joints[0], goals[0])
         for i, command in enumerate(episode.commands):
-            row = mirror.observe(episode.named[i])
+            row: dict[str, Any] = {**mirror.observe(episode.named[i])}
             row[ACTION], unreachable = mirror.act(command)
             missed += unreachable
             mirror.place(episode.joints[i + 1], goals[i + 1])
