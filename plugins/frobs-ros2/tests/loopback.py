@@ -51,8 +51,8 @@ def measure_loopback(start: Start, folder: Path, cycles: int, with_policy: bool 
         options = ("--goal", 0.3, 0.1, 0.5, "--slow-start", 0, "--max-age", 5)
         other = start("-m", "frobs_ros2.policy_node", file, *options)
     else:
-        other = start("node", "loopback.py", "--echo")
-    result = start("node", "loopback.py", "--rate", RATE, "--cycles", cycles, *served_arm(folder)).result()
+        other = start("node", "fast_arm.py", "--echo")
+    result = start("node", "fast_arm.py", "--rate", RATE, "--cycles", cycles, *served_arm(folder)).result()
     fields = Path(f"/proc/{other.process.pid}/stat").read_text("utf-8").rpartition(")")[2].split()
     seconds = (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
     other.process.send_signal(signal.SIGINT)

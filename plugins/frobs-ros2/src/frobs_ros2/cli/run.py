@@ -121,5 +121,6 @@ def _laws(id: str) -> list[Mapping[str, Any]]:
 
     import gymnasium as gym
 
-    with closing(gym.make(f"frobs_core:{id.removeprefix('frobs_core:')}", disable_env_checker=True)) as env:
-        return [controller.law() for controller in env.unwrapped.control.controllers.values()]
+    made: Any = gym.make(f"frobs_core:{id.removeprefix('frobs_core:')}", disable_env_checker=True).unwrapped
+    with closing(made) as env:
+        return [controller.law() for controller in env.control.controllers.values()]

@@ -89,7 +89,7 @@ class Actions:
             elif controller == "differential_drive":
                 part, columns = _Wheels(law), np.arange(2)
             else:
-                part = _Joints(controller, parameters, *limits[:, columns], timestep)
+                part = _Joints(controller, parameters, limits[:, columns], timestep)
             self._parts.append((slice(start, start + part.width), columns, part))
             start += part.width
         self.width = start
@@ -134,16 +134,8 @@ class _Part(ABC):
 
 
 class _Joints(_Part):
-    def __init__(
-        self,
-        name: str,
-        parameters: Mapping[str, Any],
-        lower: Array,
-        upper: Array,
-        velocity: Array,
-        effort: Array,
-        timestep: float,
-    ) -> None:
+    def __init__(self, name: str, parameters: Mapping[str, Any], limits: Array, timestep: float) -> None:
+        lower, upper, velocity, effort = limits
         self.width, self._name, self._parameters = len(lower), name, parameters
         self._lower, self._upper, self._timestep = lower, upper, timestep
         self._velocity = np.minimum(velocity, _number(parameters.get("max_velocity"), math.inf))
@@ -166,7 +158,7 @@ class _Joints(_Part):
             velocity = np.maximum(velocity, (self._lower - measured) / self._timestep)
             return np.asarray(np.clip(velocity, -self._velocity, self._velocity))
         if self._name == "joint_effort":
-            return action * self._effort
+            return np.asarray(action * self._effort)
         self._target = np.clip(self._next(action, measured), self._lower, self._upper)
         return self._target
 

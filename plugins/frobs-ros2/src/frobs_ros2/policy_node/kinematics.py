@@ -127,11 +127,11 @@ class Chain:
         frames = self._origin + a[:, None, None] * self._first + b[:, None, None] * self._second
         for i in range(1, len(frames)):
             np.matmul(frames[i - 1], frames[i].copy(), out=frames[i])
-        return frames
+        return np.asarray(frames)
 
     def position(self, positions: Array) -> Array:
         """Return the position of the link relative to the root, (3,) [m], at joint positions (dof,) [rad or m]."""
-        return self.frames(positions)[-1, :3, 3] if len(self._turns) else np.zeros(3)
+        return np.asarray(self.frames(positions)[-1, :3, 3]) if len(self._turns) else np.zeros(3)
 
     def jacobian(self, frames: Array) -> Array:
         """Return the Jacobian of the link's pose in the root frame, (6, dof): translation, then rotation.
