@@ -53,7 +53,7 @@ def test_the_bundle_says_what_the_policy_is_for(reach: Run, exported: Export) ->
     assert said["environment"]["id"] == REACH
     assert {said["environment"][key] for key in ("task", "simulator")} == {"reach", "mujoco"}
     assert said["control_timestep"] == 0.04
-    assert said["controller"] == {"name": "joint_position", "command": "position", "parameters": {}}
+    assert said["controller"] == {"name": "joint_position", "command": "position", "parameters": {}, "laws": [{}]}
     robot = said["robot"]
     assert robot["fingerprint"] == fingerprint(load_model("frobs_robots_abb:models/irb120.urdf.xacro"))
     assert (robot["name"], robot["tcp"], robot["base"]) == ("irb120", "tool0", "fixed")

@@ -98,7 +98,8 @@ def run(
 
     path, laws = Path(bundle), []
     if not path.is_file():
-        path, laws = Path(pretrained_path(bundle)), _laws(bundle)
+        path = Path(pretrained_path(bundle))
+        laws = _laws(bundle, path)
     settings = Settings(
         bundle=path, laws=laws, goal=goal, interface=interface, topic=topic, lockstep=lockstep, dry_run=dry_run, seconds=seconds,
         speed=speed, acceleration=acceleration, workspace=workspace, slow_start=slow_start, max_age=max_age,
@@ -115,12 +116,21 @@ def run(
         )
 
 
-def _laws(id: str) -> list[Mapping[str, Any]]:
-    """Return the laws of an ID's controllers, which trained policies from before FRobs 0.3 do not contain."""
+def _laws(id: str, path: Path) -> list[Mapping[str, Any]]:
+    """Return the laws of an ID's controllers if the node needs them and the bundle, of an earlier version, has none."""
     from contextlib import closing
 
     import gymnasium as gym
 
+    from frobs_deploy import read_bundle
+
+    data = read_bundle(path).manifest
+    robot, controller = data["robot"] or {"joints": ()}, data["controller"] or {"name": ""}
+    by_joint = str(controller["name"]).startswith("joint_") and data["action"]["space"]["shape"] == [
+        len(robot["joints"])
+    ]
+    if "laws" in controller or by_joint:
+        return []
     made: Any = gym.make(f"frobs_core:{id.removeprefix('frobs_core:')}", disable_env_checker=True).unwrapped
     with closing(made) as env:
-        return [controller.law() for controller in env.control.controllers.values()]
+        return [one.law() for one in env.control.controllers.values()]
