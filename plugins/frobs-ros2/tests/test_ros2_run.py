@@ -91,6 +91,7 @@ def test_node_holds_when_the_clock_stops(ros2: Start) -> None:
     assert ended(node)["holds"] >= 1
 
 
+@pytest.mark.slow
 def test_faulty_joint_states_make_the_node_hold(ros2: Start, tmp_path: Path) -> None:
     node = ros2("frobs", "ros2", "run", ID, "--goal", 0.3, 0.1, 0.5, "--json")
     moved = ros2("node", "faults.py", "--period", 0.04, *served_arm(tmp_path)).result()
