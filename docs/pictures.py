@@ -40,9 +40,8 @@ PARTS = {
 """Parts of the IDs that leave them open."""
 OPTIONS = {"pick_and_place": {"goal": [0.5, 0.15, 0.2]}}
 """Reset options by task, where a random episode may show only a part of the task."""
-HERO = "frobs/PandaPickAndPlaceVision-v0"
-HERO_GOAL = {"goal": [0.5, 0.2, 0.25]}
-"""Reset options of the README's animation."""
+HERO = "frobs/PandaStackVision-v0"
+"""ID of the README's animation."""
 VIEW = {"pos": [1.25, -0.95, 0.85], "target": [0.28, 0.02, 0.3], "fov_y": 36}
 """Camera of the README's animation."""
 
@@ -110,11 +109,11 @@ def write(frames: Sequence[Image.Image], name: str, folder: Path = GALLERY) -> N
 
 
 def draw_hero() -> None:
-    """Write the animation of the README: a robot that picks and places, and the camera pictures that it sees."""
+    """Write the animation of the README: a robot, and the camera pictures that its policy sees."""
     run = open_policy(HERO, "pretrained")
     keywords = {**run.config.keywords(), "render_size": (450, 800), "cameras": {"hero": VIEW}, "camera": "hero"}
     env = make_env(HERO, keywords, render_mode="rgb_array", wrappers=run.config.wrappers)
-    states = successful_states(env, acting_policy(run, env), HERO_GOAL, seen=("scene", "wrist"))
+    states = successful_states(env, acting_policy(run, env), seen=("scene", "wrist"))
     write([Image.fromarray(states[int(i)]) for i in np.linspace(0, len(states) - 1, 2 * FRAMES)], "hero", IMAGES)
     env.close()
 
