@@ -103,8 +103,6 @@ def test_nothing_of_ros_is_imported_until_it_is_used() -> None:
     ("name", "new"),
     [
         ("environment.use_ros", "frobs_ros.ros.environment"),
-        ("mirror.Mirror", "frobs_ros.policy_node.mirror"),
-        ("ros_robot.RosRobot", "frobs_ros.policy_node.robot"),
         ("log.LOG", "frobs_ros.ros"),
     ],
 )
