@@ -1,7 +1,11 @@
-/* Score of search results: guides come before explanations, and explanations before symbols. */
+/* Score of search results: guides come first, above all those whose title contains the words; then explanations, then
+   symbols. */
+const searched = (new URLSearchParams(location.search).get("q") || "").trim().replace(/[^\p{L}\p{N} ]/gu, "");
+const asWords = searched && new RegExp(`(^|[^\\p{L}\\p{N}])${searched}($|[^\\p{L}\\p{N}])`, "iu");
+
 var Scorer = {
-  score: ([page, , , , score]) => {
-    if (/^(tutorials|how-to)\//.test(page)) return score + 200;
+  score: ([page, title, , , score]) => {
+    if (/^(tutorials|how-to)\//.test(page)) return score + (asWords && asWords.test(title) ? 400 : 200);
     return /^reference\//.test(page) ? score : score + 100;
   },
   objNameMatch: 11,

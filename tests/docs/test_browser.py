@@ -129,7 +129,7 @@ def test_the_search_lists_guides_before_symbols(tab: Any, words: str) -> None:
         ("gripper", "/how-to/grippers.html"),
         ("camera", "/how-to/cameras.html"),
         ("sim2real", "/how-to/randomize.html"),
-        ("GPU", "/explanation/limits.html"),
+        ("GPU", "/how-to/come-from.html"),
         ("Isaac", "/how-to/come-from.html"),
     ],
 )

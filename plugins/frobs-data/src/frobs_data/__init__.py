@@ -5,8 +5,7 @@ dataset.py    reads a data set
 writer.py     writes a data set, one episode at a time
 joining.py    combines episodes into large files
 recording.py  records policies
-importing.py  imports ROS bags: bags.py reads them, bag_topics.py and bag_episodes.py sample them, mirror.py computes
-              observations and actions
+importing.py  imports ROS bags, with bags.py, bag_topics.py, bag_episodes.py and mirror.py
 operated.py   records people, alone or instead of a policy
 twin.py       identifies delay, noise and tracking of a recorded robot
 video.py      encodes, decodes and copies videos
