@@ -24,7 +24,7 @@ echo
 cat <<END
 
 Look at:  $run/plots/learning_curve.png
-          $run/video.mp4
+$([ ! -f "$run/video.mp4" ] || echo "          $run/video.mp4")
 Next:     $FROBS play $run            # watch the arm in a window
           $FROBS list envs             # other environments, many with a trained policy
           make install                 # everything else that FRobs has; then, for example:

@@ -89,7 +89,7 @@ def test_pictures_are_those_of_the_scene() -> None:
 
 
 def test_a_camera_that_does_not_exist_is_named() -> None:
-    with pytest.raises(UnknownNameError, match=r"'desk'\. Available: overview, wrist"):
+    with pytest.raises(UnknownNameError, match=r"'desk'\. Available: overview, whole, wrist"):
         make("PandaLift-v0", cameras=["desk"])
 
 

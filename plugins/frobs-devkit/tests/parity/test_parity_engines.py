@@ -9,7 +9,7 @@ from frobs_devkit.parity import Status, measure_parity
 
 ID = "frobs/Irb120Reach-v0"
 EXACT = ["forward_kinematics", "step_response", "saturated_step_response", "gravity_drop", "replay"]
-OTHERS = [name for name in plugins.records("simulator") if name not in ("mujoco", "ros2", "safe")]
+OTHERS = [name for name, record in plugins.records("simulator").items() if name != "mujoco" and not record.is_paced]
 
 
 @pytest.mark.parametrize(
