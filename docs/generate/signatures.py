@@ -27,7 +27,12 @@ def as_written(app: Any, what: str, name: str, thing: Any, options: Any, signatu
     except (TypeError, ValueError):
         return None
     names = vars(import_module(thing.__module__))
-    parameters = [_written(parameter, names) for parameter in found.parameters.values()]
+    source = vars(thing).get("__annotations__", {}) if hasattr(thing, "model_fields") else {}  # pydantic unfolds them
+    written = [
+        parameter.replace(annotation=source.get(parameter.name, parameter.annotation))
+        for parameter in found.parameters.values()
+    ]
+    parameters = [_written(parameter, names) for parameter in written]
     if what == "method" and parameters and parameters[0].name in ("self", "cls"):
         del parameters[0]
     shown = str(found.replace(parameters=parameters, return_annotation=inspect.Signature.empty))

@@ -148,7 +148,7 @@ def test_dragging_the_goal_moves_it(env: Any) -> None:
 def test_the_page_shows_what_the_chosen_camera_sees(env: Any) -> None:
     controls = env.viewer.server._viser.gui._gui_input_handle_from_uuid.values()
     [cameras] = [control for control in controls if control.label == "camera"]
-    assert cameras.options == ("none", "overview", "wrist")
+    assert cameras.options == ("none", "whole", "overview", "wrist")
     with open_socket(env.viewer.server) as client:
         client.recv(timeout=5)
         cameras.value = "wrist"
