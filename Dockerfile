@@ -14,7 +14,7 @@ RUN mkdir /home/frobs/frobs && python -m venv /home/frobs/venv
 WORKDIR /home/frobs/frobs
 ENV PATH=/home/frobs/venv/bin:$PATH PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1
 
-# First, and in a layer of its own. uv knows where the builds of PyTorch are: cpu, or cu130 for a GPU with CUDA 13.0:
+# First, and in a layer of its own. uv selects the build of PyTorch: cpu, or cu130 for a GPU with CUDA 13.0:
 #   docker build --build-arg TORCH_BACKEND=cu130 --tag frobs .
 ARG TORCH_BACKEND=cpu
 RUN pip install uv && uv pip install --python /home/frobs/venv/bin/python --torch-backend ${TORCH_BACKEND} torch==2.13.0

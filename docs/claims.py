@@ -68,10 +68,11 @@ def draw_training(axes: Any) -> None:
 
 def draw_speeds(axes: Any) -> None:
     """Draw the steps per second."""
-    for row, (label, speed) in enumerate(speeds()):
+    bars = speeds()
+    for row, (label, speed) in enumerate(bars):
         axes.barh(label, speed, color=COLOR if label.startswith("FRobs") else OTHERS, height=0.62)
         axes.text(speed + 40, row, f"{speed:,.0f}", va="center", color=TEXT)
-    axes.set_xlim(0.0, 1.2 * max(speed for _, speed in speeds()))
+    axes.set_xlim(0.0, 1.2 * max(speed for _, speed in bars))
     axes.set_xlabel("control steps per second")
 
 

@@ -9,7 +9,7 @@ venv=$(dirname "$(dirname "$python")")
 log=$venv/install.log
 
 report() {
-  doing=$(grep -aE '^ *(Collecting|Downloading|Building|Installing collected)' "$log" | tail -n 1 | sed 's/^ *//; s/ (from.*//')
+  doing=$(grep -aE '^ *(Collecting|Downloading|Building|Installing collected)' "$log" | tail -n 1 | sed 's/^ *//; s/ (from.*//; s/ (pyproject.*//')
   case $doing in
   Installing*) # the newest package, not the list of all
     newest=$(ls -td "$venv"/lib/python*/site-packages/*.dist-info 2>/dev/null | head -n 1)

@@ -75,14 +75,18 @@ def successful_states(
 
     ``seen`` names the observations that are shown in a corner.
     """
+
+    def picture() -> np.ndarray:
+        return with_insets(env.render(), [observation[name] for name in seen])
+
     states: list[np.ndarray] = []
     for seed in range(SEEDS):
         observation, _ = env.reset(seed=seed, options=options)
-        episode, done = [with_insets(env.render(), [observation[name] for name in seen])], False
+        episode, done = [picture()], False
         while not done:
             action = policy.act(add_batch(observation), np.array([len(episode) == 1]))
             observation, _, terminated, truncated, info = env.step(action[0])
-            episode.append(with_insets(env.render(), [observation[name] for name in seen]))
+            episode.append(picture())
             done = terminated or truncated
         if info["is_success"]:
             states += episode

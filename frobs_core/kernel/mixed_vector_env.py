@@ -16,8 +16,7 @@ from frobs_core.kernel.copying import CopiedByArguments
 from frobs_core.kernel.inputs import batch_options, check_actions, check_reset_mask, check_seeds, option_mapping
 from frobs_core.kernel.robot_config import find_record
 from frobs_core.kernel.vector_env import RobotVectorEnv, require_episodes
-from frobs_core.kernel.viewers import PICTURE as _PICTURE
-from frobs_core.kernel.viewers import Metadata
+from frobs_core.kernel.viewers import PICTURE, Metadata
 from frobs_core.plugins.records import SimulatorRecord
 from frobs_core.util.errors import ConfigurationError, ParameterValueError, SimulationError
 from frobs_core.util.validation import whole_number
@@ -76,9 +75,9 @@ class MixedVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
 
     def __init__(self, num_envs: Mapping[str, int], **keywords: Any) -> None:
         _check_simulators(num_envs)
-        if keywords.get("render_mode") not in (None, _PICTURE):
+        if keywords.get("render_mode") not in (None, PICTURE):
             raise ParameterValueError(
-                "render_mode", keywords["render_mode"], f"{_PICTURE!r} or None with several simulators"
+                "render_mode", keywords["render_mode"], f"{PICTURE!r} or None with several simulators"
             )
         self.parts: dict[str, RobotVectorEnv] = {}
         self.rows: dict[str, slice] = {}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator
+from functools import cache
 from typing import Any
 
 from pages import ROOT
@@ -35,8 +35,10 @@ EXAMPLES = {"name", "acme-wind", "frobs-sim"}
 """Parts of the names of packages that do not exist."""
 
 
-def texts() -> Iterator[tuple[str, str]]:
-    """Return place and text of each string of the source; values that are computed become ``{}``."""
+@cache
+def texts() -> list[tuple[str, str]]:
+    """Return the place and the text of each string of the source; computed values become ``{}``."""
+    found = []
     for path in [*ROOT.glob("frobs_core/**/*.py"), *ROOT.glob("plugins/*/src/**/*.py")]:
         tree = ast.parse(path.read_text("utf-8"))
         parts = {id(part) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr) for part in node.values}
@@ -44,9 +46,10 @@ def texts() -> Iterator[tuple[str, str]]:
             place = f"{path.relative_to(ROOT)}:{getattr(node, 'lineno', 0)}"
             if isinstance(node, ast.JoinedStr):
                 values = [part.value if isinstance(part, ast.Constant) else "{}" for part in node.values]
-                yield place, "".join(str(value) for value in values)
+                found.append((place, "".join(str(value) for value in values)))
             elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in parts:
-                yield place, node.value
+                found.append((place, node.value))
+    return found
 
 
 def unknown_parts(line: str) -> list[str]:

@@ -112,7 +112,7 @@ class Resampler:
         spans = {}
         for name, each in {**measured, **({} if sent is None else {sent: topics[sent]})}.items():
             times = each.times[(each.times >= begin) & (each.times < end)]
-            if not len(times):  # an only episode has messages of each topic
+            if not len(times):  # a bag that is one episode has messages of each topic
                 return None
             spans[name] = times[0], times[-1]
         first, last = max(span[0] for span in spans.values()), min(spans[name][1] for name in measured)
@@ -164,9 +164,9 @@ class Resampler:
                     known = [0.0, *(offsets + 1e-9)], [position[column], *values]
                     commands[rows, column] = np.interp(middle[rows] - start, *known)
         if GRIPPER in topics and mirror.fingers:
-            rows = topics[GRIPPER].latest(middle) >= 0
+            latest = topics[GRIPPER].latest(middle)
             columns = [i for i in range(len(measured[0])) if i not in mirror.arm]
-            commands[np.ix_(rows, columns)] = topics[GRIPPER].values[topics[GRIPPER].latest(middle[rows])]
+            commands[np.ix_(latest >= 0, columns)] = topics[GRIPPER].values[latest[latest >= 0]]
         return commands
 
     def _goals(self, times: Floats, named: Sequence[Mapping[str, Floats]]) -> Floats | None:
