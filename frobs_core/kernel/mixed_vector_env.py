@@ -21,8 +21,6 @@ from frobs_core.plugins.records import SimulatorRecord
 from frobs_core.util.errors import ConfigurationError, ParameterValueError, SimulationError
 from frobs_core.util.validation import whole_number
 
-__all__ = ["MixedVectorEnv", "make_vector_env"]
-
 
 def make_vector_env(num_envs: int | Mapping[str, int] = 1, **keywords: Any) -> gym.vector.VectorEnv[Any, Any, Any]:
     """Make a vector environment. ``gymnasium.make_vec`` calls this function for the IDs of FRobs.
