@@ -163,6 +163,7 @@ class EnvironmentRecord:
             ``SimulatorDefaults``.
         pretrained: Policy bundle that is shipped with the environment, as ``"package:path.frobs"``, or an empty string.
             ``frobs export`` creates such bundles.
+        algorithm: Name of the algorithm that ``frobs train`` uses unless the user chooses another.
     """
 
     id: str
@@ -173,6 +174,7 @@ class EnvironmentRecord:
     simulator: str = "mujoco"
     parameters: Mapping[str, Any] = field(default_factory=dict)
     pretrained: str = ""
+    algorithm: str = "ppo"
 
 
 @dataclass(frozen=True, kw_only=True)

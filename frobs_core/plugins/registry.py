@@ -266,7 +266,7 @@ def _problem(environment: EnvironmentRecord) -> str:
         return "an ID must have the form 'namespace/Name-v0', with a version and without a colon"
     if type(environment.max_episode_steps) is not int or environment.max_episode_steps < 1:
         return f"max_episode_steps is {environment.max_episode_steps!r}; it must be a whole number of at least 1"
-    for name in ("robot", "controller", "simulator"):
+    for name in ("robot", "controller", "simulator", "algorithm"):
         if not isinstance(getattr(environment, name), str):
             return f"{name} is {getattr(environment, name)!r}, not a name"
     if not isinstance(environment.pretrained, str):

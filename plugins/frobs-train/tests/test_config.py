@@ -7,6 +7,9 @@ import pytest
 from pydantic import ValidationError
 
 from frobs_cli.errors import CommandLineError
+from frobs_core import plugins
+from frobs_core.plugins import registry
+from frobs_core.plugins.records import AlgorithmRecord
 from frobs_core.util.errors import (
     ConfigFileError,
     ConfigurationError,
@@ -52,6 +55,23 @@ def test_tuned_settings_are_below_everything_else() -> None:
     changed = resolve_config(f"frobs_core:{REACH}", flags={"num_envs": 3}, settings=["algorithm_config.gamma=0.5"])
     assert changed.num_envs == 3
     assert changed.algorithm_config == {**tuned.algorithm_config, "gamma": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("id", "algorithm"),
+    [("frobs/PandaPushVision-v0", "dagger"), ("frobs/Irb120ReachGoal-v0", "sac"), ("Pendulum-v1", "ppo")],
+)
+def test_the_record_of_an_id_chooses_the_algorithm(id: str, algorithm: str) -> None:
+    config = resolve_config(f"frobs_core:{id}" if id.startswith("frobs/") else id)
+    assert config.algorithm == algorithm
+    assert config == resolve_config(config.environment, flags={"algorithm": algorithm})
+    assert resolve_config(id, settings=["algorithm=a2c"]).algorithm == "a2c"
+
+
+def test_the_algorithm_of_each_id_is_tuned_for_it() -> None:
+    for id, (_, record) in registry.environments().items():
+        tuned = [name for name, each in plugins.records(AlgorithmRecord).items() if id in each.tuned]
+        assert record.algorithm in tuned or not tuned, id
 
 
 def test_the_number_on_each_simulator_replaces_that_of_a_file(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ _ANY_ARM = {f"frobs/{task}-v0": "dagger_any_arm.yaml" for task in ("PickAndPlace
 _SEEING = {
     "frobs/PandaPickAndPlaceVision-v0": "dagger_vision.yaml",
     "frobs/PandaOpenDrawerVision-v0": "dagger_vision.yaml",
-    "frobs/PandaPushVision-v0": "dagger_vision_long.yaml",
+    "frobs/PandaPushVision-v0": "dagger_vision_push.yaml",
     "frobs/PandaStackVision-v0": "dagger_vision_long.yaml",
 }
 """File of the tuned settings of environments with cameras."""

@@ -48,7 +48,9 @@ def _pretrained(name: str) -> str:
     return f"frobs_tasks_manipulation:pretrained/{name.lower()}.frobs" if name in _PRETRAINED else ""
 
 
-def _task(entry_point: str, summary: str, steps: int, **arm_controller: float | bool) -> TaskRecord:
+def _task(
+    entry_point: str, summary: str, steps: int, algorithm: str = "ppo", **arm_controller: float | bool
+) -> TaskRecord:
     """Return the record of a task with one environment for each arm.
 
     The class's name in ``entry_point`` is the last part of the environment IDs and, in lower case with underscores, the
@@ -68,6 +70,7 @@ def _task(entry_point: str, summary: str, steps: int, **arm_controller: float | 
                 controller="tcp_delta_pose",
                 max_episode_steps=steps,
                 pretrained=_pretrained(f"{arm}{title}"),
+                algorithm=algorithm,
                 parameters={
                     "controller_kwargs": {
                         "max_delta": 0.02,
@@ -93,6 +96,7 @@ def _with_tight_hole(task: TaskRecord) -> TaskRecord:
             summary=f"{each.summary} that is 0.5 mm wider",
             pretrained=_pretrained(f"{arm}PegInsertionTight"),
             parameters={**each.parameters, "clearance": 0.0005},
+            algorithm="dagger",
         )
         for arm, each in zip(_ARMS, task.environments, strict=True)
     )
@@ -108,6 +112,7 @@ def _for_any_arm(task: TaskRecord) -> TaskRecord:
         robot="",
         controller="tcp_delta_pose",
         max_episode_steps=2 * task.environments[0].max_episode_steps,
+        algorithm="dagger",
         parameters={
             "fit": True,
             "controller_kwargs": {"axes": ["x", "y", "z"]},
@@ -136,6 +141,7 @@ def _with_eyes(task: TaskRecord, *hidden: str, **changed: float) -> TaskRecord:
         summary=f"{of_state.summary}, seen by two cameras",
         pretrained=_pretrained(name),
         parameters=parameters,
+        algorithm="dagger",
     )
     return replace(task, environments=(*task.environments, seeing))
 
@@ -161,8 +167,8 @@ def frobs_tasks() -> list[TaskRecord]:
     return [
         _for_any_arm(_with_eyes(_task("push:Push", "push a cube to a goal on the floor", 125), *_CUBE)),
         _task("slide:Slide", slide, 100, **slide_arm),
-        _task("slide:SlideGoal", f"{slide} {goal}", 100, **slide_arm),
-        _task("push:PushGoal", f"push a cube to a goal on the floor {goal}", 100, max_delta=_GOAL_MAX_DELTA),
+        _task("slide:SlideGoal", f"{slide} {goal}", 100, "dagger", **slide_arm),
+        _task("push:PushGoal", f"push a cube to a goal on the floor {goal}", 100, "dagger", max_delta=_GOAL_MAX_DELTA),
         _for_any_arm(_task("lift:Lift", "grasp a cube and hold it in the air", 75)),
         _for_any_arm(_with_eyes(_task("pick_and_place:PickAndPlace", _PICK, 100), *_CUBE)),
         _task(

@@ -33,6 +33,7 @@ class _Arm:
         *,
         max_episode_steps: int = 50,
         controller: str = "joint_delta_position",
+        algorithm: str = "ppo",
         **parameters: object,
     ) -> EnvironmentRecord:
         """Return the record of ``frobs/{id}{what}-v0``, whose policy ``tests/benchmarks/pretrained.py`` trains."""
@@ -46,6 +47,7 @@ class _Arm:
             max_episode_steps=max_episode_steps,
             parameters={**goal_box, **parameters},
             pretrained=f"frobs_tasks_reach:pretrained/{name.lower()}.frobs",
+            algorithm=algorithm,
         )
 
 
@@ -104,7 +106,10 @@ def frobs_tasks() -> list[TaskRecord]:
             "reach_goal",
             "goal:ReachGoal",
             "hold the tool center point at a fixed goal (goal-conditioned, for hindsight experience replay)",
-            *(arm.environment("ReachGoal", "holds its tool at a goal (goal-conditioned)") for arm in _ARMS),
+            *(
+                arm.environment("ReachGoal", "holds its tool at a goal (goal-conditioned)", algorithm="sac")
+                for arm in _ARMS
+            ),
         ),
         _task(
             "reach_together",

@@ -51,7 +51,7 @@ class BenchOptions(RobotChoice):
     training: bool = option(False)
     cameras: bool = option(False)
     scaling: bool = option(False)
-    algorithm: str | None = option(None, show_default="ppo")
+    algorithm: str | None = option(None, show_default="that of the ID")
     num_envs: str | None = option(
         None,
         metavar="N",

@@ -20,7 +20,7 @@ class TrainProvider(Provider):
     kind = "run"
 
     def environment(self, id: str, record: EnvironmentRecord) -> dict[str, Any]:
-        return {"pretrained": _pretrained(id) if record.pretrained else None}
+        return {"algorithm": record.algorithm, "pretrained": _pretrained(id) if record.pretrained else None}
 
     def column(self, facts: Mapping[str, Any]) -> tuple[str, str]:
         policy = facts.get("pretrained")

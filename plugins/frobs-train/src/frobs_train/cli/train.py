@@ -39,7 +39,7 @@ class RunFlags:
         steps: Total number of environment steps of a run, summed over all environments.
     """
 
-    algorithm: str | None = option(None, show_default="ppo")
+    algorithm: str | None = option(None, show_default="that of the ID")
     robot: Robot = None
     tcp: Tcp = None
     gripper: Gripper = None

@@ -7,7 +7,7 @@ from typing import Any
 
 from frobs_core.util.errors import FrobsError
 from frobs_train.configuration.config import RunConfig, differences
-from frobs_train.configuration.resolve import resolve_config, write_num_envs, write_setting
+from frobs_train.configuration.resolve import resolve_config, usual_algorithm, write_num_envs, write_setting
 
 _OF_THE_ENVIRONMENT = ("robot", "attach", "tcp", "base", "simulator", "controller", "object")
 _FLAGS = ("num_envs", "steps")
@@ -20,7 +20,7 @@ def training_command(config: RunConfig) -> str | None:
     """
     flags: dict[str, Any] = {"algorithm": config.algorithm, "seed": config.seed}
     words = ["frobs", "train", config.environment]
-    if config.algorithm != "ppo":
+    if config.algorithm != usual_algorithm(config.environment):
         words += ["--algorithm", config.algorithm]
     try:
         usual = resolve_config(config.environment, flags=flags)

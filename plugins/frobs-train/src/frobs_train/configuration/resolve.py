@@ -12,6 +12,7 @@ from frobs_cli.errors import CommandLineError
 from frobs_cli.model_options import ROBOT_FLAGS
 from frobs_core.kernel.robot_file import absolute_files
 from frobs_core.plugins.records import AlgorithmRecord
+from frobs_core.plugins.registry import bare_id, environments
 from frobs_core.sensing.randomization import read_settings
 from frobs_core.util.errors import (
     ConfigFileError,
@@ -75,9 +76,11 @@ def resolve_config(
         from_file, translated = read_config_file(file, merge(from_flags, from_settings).get("algorithm"))
     if isinstance(from_flags.get("num_envs"), Mapping):  # it replaces the simulators of the file
         from_file.pop("num_envs", None)
-    chosen = merge({"environment": "", "algorithm": "ppo"}, from_file, from_flags, from_settings)
-    record = algorithm_record(str(chosen["algorithm"]))
-    tuned = ConfigMapping() if translated else _tuned(record, str(chosen["environment"]))
+    chosen = merge(from_file, from_flags, from_settings)
+    id = str(chosen.get("environment", ""))
+    usual = {"algorithm": "ppo" if translated else usual_algorithm(id)}
+    record = algorithm_record(str({**usual, **chosen}["algorithm"]))
+    tuned = ConfigMapping() if translated else merge(usual, _tuned(record, id))
     given = merge(tuned, from_file, from_flags, from_settings)
     controller = _environment_kwargs(given).get("controller")
     merged = merge(*_with_section(tuned, controller), *_with_section(from_file, controller), from_flags, from_settings)
@@ -161,6 +164,12 @@ def _from_flags(environment: str | None, flags: Mapping[str, Any]) -> dict[str, 
     return given
 
 
+def usual_algorithm(id: str) -> str:
+    """Return the name of the algorithm that trains on an environment ID unless the user chooses another."""
+    found = environments().get(bare_id(id))
+    return "ppo" if found is None else found[1].algorithm
+
+
 def read_num_envs(text: str) -> int | dict[str, int]:
     """Parse a number of environments, or the number on each simulator, such as ``"mujoco=48,pybullet=16"``.
 
@@ -207,7 +216,7 @@ def write_setting(key: str, value: Any) -> str:
 
 
 def _tuned(record: AlgorithmRecord, environment: str) -> ConfigMapping:
-    resource = record.tuned.get(environment.rpartition(":")[2])
+    resource = record.tuned.get(bare_id(environment))
     if resource is None:
         return ConfigMapping()
     package, _, path = resource.partition(":")
