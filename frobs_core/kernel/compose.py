@@ -100,7 +100,7 @@ class Parts(Plan):
     randomization: Randomization | None
 
 
-def plan(config: EnvConfig, num_envs: int, same_step: bool = False) -> Plan:
+def plan(config: EnvConfig, num_envs: int) -> Plan:
     """Check the keywords of an environment without importing an engine, and build its task and its controllers.
 
     The arguments and the errors are those of :func:`compose`.
@@ -117,7 +117,7 @@ def plan(config: EnvConfig, num_envs: int, same_step: bool = False) -> Plan:
     chosen = {name: robot.controllers(descriptions[name]) for name, robot in robots.items()}
     records = [record for of_robot in chosen.values() for record, _ in of_robot.values()]
 
-    _check_pace(simulator, num_envs, same_step)
+    _check_pace(simulator, num_envs)
     the_task: Task = build(f"task '{task.name}'", task_class, {**fitted.task, **config.task_parameters}, KEYWORDS)
     for name in the_task.robots:
         check_robot(f"task '{task.name}'", name, robots)
@@ -184,18 +184,17 @@ def plan(config: EnvConfig, num_envs: int, same_step: bool = False) -> Plan:
     )
 
 
-def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
+def compose(config: EnvConfig, num_envs: int) -> Parts:
     """Build and bind the parts of an environment.
 
     Args:
         config: The environment's keywords.
         num_envs: ≥ 1.
-        same_step: Whether a new episode begins in the same step that ends the previous episode.
 
     Raises:
         FrobsError: See :class:`~frobs_core.kernel.env.RobotEnv`.
     """
-    planned = plan(config, num_envs, same_step)
+    planned = plan(config, num_envs)
     simulator, task, controllers = planned.simulator, planned.task, planned.controllers
     scene, everything, settings, control = planned.scene, planned.everything, planned.settings, planned.control_timestep
     engine = simulator.load()
@@ -279,17 +278,11 @@ def _needs_of_cameras(scene: Scene, added: Collection[str]) -> dict[str, dict[st
     return needs
 
 
-def _check_pace(simulator: SimulatorRecord, num_envs: int, same_step: bool) -> None:
-    """Check that a paced simulator has a single environment and is not reset during a step."""
+def _check_pace(simulator: SimulatorRecord, num_envs: int) -> None:
+    """Check that a paced simulator has a single environment."""
     if simulator.is_paced and num_envs > 1:
         rule = f"1, because simulator '{simulator.name}' is paced and supports only one environment"
         raise ParameterValueError("num_envs", num_envs, rule)
-    if simulator.is_paced and same_step:
-        rule = (
-            f"'NextStep' or 'Disabled', because simulator '{simulator.name}' is paced and moves the robot home during "
-            "a reset"
-        )
-        raise ParameterValueError("autoreset_mode", "SameStep", rule)
 
 
 def _place(

@@ -235,9 +235,9 @@ class ComposedEnv(CopiedByArguments):
 
     viewer: Viewer | None
 
-    def _compose(self, keywords: Mapping[str, Any], num_envs: int, same_step: bool = False) -> Parts:
+    def _compose(self, keywords: Mapping[str, Any], num_envs: int) -> Parts:
         self.config = config = EnvConfig.from_dict(keywords)
-        parts = compose(config, num_envs, same_step)
+        parts = compose(config, num_envs)
         self._loop = Loop(parts, num_envs)
         self.step_context = parts.context
         self.after_reset, self.after_step = self._loop.after_reset, self._loop.after_step

@@ -66,7 +66,7 @@ class RobotVectorEnv(ComposedEnv, gym.vector.VectorEnv[Any, Any, Any]):
         if stagger and max_episode_steps is None:
             raise ParameterValueError("stagger", stagger, "False without a time limit")
         self.autoreset_mode = AutoresetMode(autoreset_mode)
-        parts = self._compose(keywords, num_envs, self.autoreset_mode is AutoresetMode.SAME_STEP)
+        parts = self._compose(keywords, num_envs)
         self.before_autoreset = self._loop.before_autoreset
         self.num_envs = num_envs
         self.single_action_space = parts.control.action_space

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,8 @@ from gymnasium.vector import AutoresetMode
 from frobs_core.kernel.env import RobotEnv
 from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.util.errors import CapabilityError, ParameterValueError, SimulationError
+from frobs_data import record
+from frobs_data.recorded_features import SEED
 from frobs_devkit.testing import check_env, run_checks
 from frobs_train import evaluate, make_vector_env, open_pretrained
 
@@ -88,13 +91,25 @@ def test_what_needs_teleporting_or_a_snapshot_is_refused(env: RobotEnv) -> None:
         RobotEnv(**PARTS, simulator=paced_plugin.RECORD, initial="random")
 
 
-def test_there_is_one_environment_and_no_reset_within_a_step() -> None:
+def test_there_is_one_environment() -> None:
     with pytest.raises(
         ParameterValueError, match=r"num_envs is 2; it must be 1, because simulator 'my_paced_simulator' is paced"
     ):
-        RobotVectorEnv(2, **PARTS, simulator=paced_plugin.RECORD, autoreset_mode="NextStep")
-    with pytest.raises(ParameterValueError, match="it must be 'NextStep' or 'Disabled'"):
-        RobotVectorEnv(1, **PARTS, simulator=paced_plugin.RECORD)
+        RobotVectorEnv(2, **PARTS, simulator=paced_plugin.RECORD)
+
+
+@pytest.mark.slow
+def test_the_step_that_ends_an_episode_drives_home() -> None:
+    env = RobotVectorEnv(
+        1, **PARTS, simulator=paced_plugin.RECORD, max_episode_steps=10, goal_low=LOW, goal_high=HIGH
+    )
+    env.reset(seed=0)
+    for _ in range(10):
+        *_, truncated, info = env.step(ACTION[None])
+    assert truncated.all()
+    assert info["_final_obs"].all()
+    assert float(np.abs(env.robot.joint_positions - env.robot.home).max()) <= 0.05
+    env.close()
 
 
 @pytest.mark.slow
@@ -132,6 +147,20 @@ def test_the_shipped_policy_reaches_its_goals(isolated_plugins: Callable[..., ob
     found = evaluate(open_pretrained("frobs/Irb120Reach-v0"), episodes=10, simulator="my_paced_simulator")
     assert found.success_rate is not None
     assert found.success_rate >= 0.8  # 0.99 of 100 where it was measured
+
+
+@pytest.mark.slow
+def test_episodes_are_recorded(isolated_plugins: Callable[..., object], tmp_path: Path) -> None:
+    isolated_plugins(installed=True, paced="paced_plugin")
+    keywords: dict[str, Any] = {"policy": "pretrained", "simulator": "my_paced_simulator", "out": tmp_path / "data"}
+    record(ID, episodes=2, seed=5, **keywords)
+    data = record(ID, episodes=1, append=True, **keywords)
+    assert [episode.length for episode in data.episodes] == [50, 50, 50]
+    assert {int(seed) for seed in data.columns([SEED])[SEED]} == {5, 6, 7}
+    assert data.settings is not None
+    assert data.settings["simulator"] == "my_paced_simulator"
+    moved = np.diff(data.columns(["observation.state"])["observation.state"], axis=0)
+    assert np.abs(moved).max() > 0.01
 
 
 def test_training_and_evaluation_have_one_environment(isolated_plugins: Callable[..., object]) -> None:

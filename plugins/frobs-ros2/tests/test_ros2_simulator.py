@@ -23,6 +23,25 @@ def test_policy_acts_on_a_robot_behind_topics(ros2: Start) -> None:
     assert result["missed"] >= 0.0
 
 
+@pytest.mark.needs("ros2")
+def test_stamps_of_another_clock_are_reported(ros2: Start) -> None:
+    ros2("frobs", "ros2", "serve", ID).wait_for("serving")
+    result = ros2("node", "use_simulator.py", ID, "--wall-clock").result()
+    assert "the stamps of joint_states differ from the clock of this node by" in result["error"]
+    assert "use_sim_time" in result["error"]
+
+
+@pytest.mark.needs("ros2")
+@pytest.mark.slow
+def test_commands_use_the_robot_like_a_simulation(ros2: Start, tmp_path: Path) -> None:
+    ros2("frobs", "ros2", "serve", ID).wait_for("serving")
+    options = ("--policy", "pretrained", "--simulator", "ros2", "--json", "--episodes")
+    assert ros2("frobs", "evaluate", ID, *options, 2).result()["success_rate"] >= 0.5
+    recorded = ros2("frobs", "record", ID, *options, 2, "--out", tmp_path / "data").result()
+    assert (recorded["episodes"], recorded["frames"]) == (2, 100)
+    assert recorded["success_rate"] >= 0.5
+
+
 @pytest.mark.needs("ros2", "rendering")
 def test_images_come_from_topics(ros2: Start) -> None:
     ros2("frobs", "ros2", "serve", ID).wait_for("serving")

@@ -268,8 +268,7 @@ class Recorder:
     ) -> None:
         base: Any = env.unwrapped
         if not isinstance(base, RobotVectorEnv):
-            rule = "on a simulator that is not paced, and without wrappers for single environments"
-            raise RunError(f"only FRobs environments can be recorded, {rule}.")
+            raise RunError("only FRobs environments can be recorded, without wrappers for single environments.")
         self.env, self.seed, self._views, self._success_only = base, seed, views, success_only
         self._unseen = env is not base  # a wrapper may have changed the observation
         num_envs = base.num_envs

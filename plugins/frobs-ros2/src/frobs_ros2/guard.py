@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,8 @@ from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ParameterValueError, check_keys
 from frobs_core.util.validation import number_list, positive
 from frobs_ros2.safety import Limits, SafetyFilter
+
+_log = logging.getLogger(__name__)
 
 SETTINGS: Mapping[str, Any] = {
     "speed": 1.0,
@@ -72,20 +75,25 @@ class GuardedRobot(RobotHandle):
 
     rules: SafetyFilter
 
-    def safe_command(self, decimation: int, duration: float, now: float) -> tuple[CommandMode, Floats]:
+    def safe_command(self, decimation: int, duration: float, now: float, fault: str) -> tuple[CommandMode, Floats]:
         """Return the command of the next step, as the rules allow it.
 
         Args:
             decimation: Number of physics steps.
             duration: Duration of the step [s].
             now: Current time [s].
+            fault: Reason for which the robot must hold, or an empty text.
 
         Returns:
             The mode and the command at the end of the step, (dof,).
         """
         asked, mode = self._take_commands(decimation)[0, -1], self.command_mode
-        self.rules.timestep = duration
-        return mode, np.asarray(self.rules.command(str(mode), asked, now))
+        rules, was_held = self.rules, self.rules.held
+        rules.timestep = duration
+        values = rules.hold(str(mode), fault, now) if fault else rules.command(str(mode), asked, now)
+        if rules.held and not was_held:
+            _log.warning("Robot '%s' holds: %s.", self.name, rules.held)
+        return mode, np.asarray(values)
 
     def hold_command(self, reason: str, now: float) -> tuple[CommandMode, Floats]:
         """Return the command that makes the robot hold.

@@ -21,6 +21,8 @@ from frobs_ros2.errors import Ros2MissingError
 PEER_TIMEOUT = 10.0
 """Time after which a line says that no other node was seen [s]."""
 
+_CLOCKS_APART = 2.0  # [s]
+
 FEATURES = {
     "control_msgs": "the actions follow_joint_trajectory and gripper_cmd",
     "tf2_msgs": "the topics /tf and /tf_static",
@@ -93,6 +95,21 @@ def advice() -> str:
     """Return the line that says what to enter in another terminal."""
     exports = " ".join(f"{name}={value}" for name, value in variables().items())
     return f"to see the topics in another terminal: export {exports} && ros2 topic list"
+
+
+def clock_problem(difference: float, sim_time: str) -> str:
+    """Return what is wrong if the stamps of messages are from another clock, or an empty text.
+
+    Args:
+        difference: Time of this computer's clock minus a stamp [s].
+        sim_time: How to use the clock of a simulation.
+    """
+    if not np.isfinite(difference) or abs(difference) <= _CLOCKS_APART:
+        return ""
+    return (
+        f"the stamps of joint_states differ from the clock of this node by {difference:.4g} s; for a simulation, set "
+        f"{sim_time}, and for a robot, synchronize the clocks of the machines"
+    )
 
 
 def ros_arguments(remap: Sequence[str] = (), parameters: Sequence[str] = (), namespace: str = "") -> list[str]:
@@ -173,6 +190,11 @@ class Node:
                 return False
             self.spin(0.05)
         return True
+
+    def use_sim_time(self) -> None:
+        """Use the clock of the topic ``/clock``."""
+        parameter = importlib.import_module("rclpy.parameter").Parameter
+        self.node.set_parameters([parameter("use_sim_time", parameter.Type.BOOL, True)])
 
     def log(self, text: str) -> None:
         """Write a warning to the log of ROS."""

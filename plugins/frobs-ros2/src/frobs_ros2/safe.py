@@ -115,7 +115,6 @@ class SafeSimulation(Simulation):
         for robot in self._robots.values():
             robot.rules.start(robot.joint_positions[0], 0.0, -1e-9)
             robot.command(robot.holding_command(robot.joint_positions))
-        self._refusals = 0
 
     def step(self, decimation: int) -> None:
         """Check the measurements, send the commands that the rules allow, and wait until the step is over.
@@ -127,9 +126,8 @@ class SafeSimulation(Simulation):
         for robot in self._robots.values():
             stamp = now - float(self.measurement_age[0])
             reason = robot.rules.measure(stamp, robot.joint_positions[0], robot.joint_velocities[0], now)
-            _, values = robot.safe_command(decimation, decimation * self.physics_timestep, now)
+            _, values = robot.safe_command(decimation, decimation * self.physics_timestep, now, reason)
             if reason:
-                _, values = robot.hold_command(reason, now)
                 self._refusals += 1
                 if self._refusals > _MOST_REFUSALS:
                     self._inner.hold()

@@ -15,7 +15,7 @@ from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import SimulationError, UnsuitableRobotError
 from frobs_core.util.validation import positive
 from frobs_ros2.guard import GuardedRobot, safety_filter
-from frobs_ros2.ros import PEER_TIMEOUT, Node, advice, image_of, joints_of, message_type, ros_arguments, seconds_of
+from frobs_ros2.ros import PEER_TIMEOUT, Node, advice, clock_problem, image_of, joints_of, message_type, seconds_of
 from frobs_ros2.safety import REPEATED
 
 _MOST_SILENCE = 5.0  # [s] time without measurements, or with a stopped clock, after which a step fails
@@ -109,7 +109,7 @@ class Ros2Simulation(MeasuredSimulation):
 
     Args:
         namespaces: Namespace of each robot, by name. By default, a single robot has none, and several have their names.
-        use_sim_time: Whether to use the clock of the topic ``/clock``.
+        use_sim_time: Whether to use the clock of the topic ``/clock``. By default, it is used if a node publishes it.
         cameras: Image topic of each camera, by name.
         bodies: Topic with the pose of each body, by name. Bodies with a mass require one. Other bodies are where the
             scene places them.
@@ -131,7 +131,7 @@ class Ros2Simulation(MeasuredSimulation):
         physics_timestep: float,
         num_threads: int = 0,
         namespaces: Mapping[str, str] | None = None,
-        use_sim_time: bool = False,
+        use_sim_time: bool | None = None,
         cameras: Mapping[str, str] | None = None,
         bodies: Mapping[str, str] | None = None,
         safety: Mapping[str, Any] | None = None,
@@ -143,8 +143,7 @@ class Ros2Simulation(MeasuredSimulation):
         self.num_envs, self.physics_timestep = num_envs, physics_timestep
         self.homing = positive("homing_speed", homing_speed), positive("homing_timeout", homing_timeout)
         self.place_bodies(scene, bodies or {})
-        arguments = ros_arguments(parameters=[f"use_sim_time:={str(use_sim_time).lower()}"])
-        self._node = Node("frobs_simulation", arguments, network)
+        self._node = Node("frobs_simulation", [], network)
         try:
             spaces = {name: "" if len(robots) == 1 else f"{name}/" for name in robots}
             spaces |= {
@@ -164,6 +163,8 @@ class Ros2Simulation(MeasuredSimulation):
                     f"within {PEER_TIMEOUT:g} s, no joint_states with all joints arrived, or no "
                     f"forward_position_controller listens; check the robot's nodes; {advice()}."
                 )
+            if use_sim_time or (use_sim_time is None and self._node.node.count_publishers("/clock")):
+                self._node.use_sim_time()
             self._node.spin_until(lambda: self._clock() > 0.0, PEER_TIMEOUT)
             for robot in self._robots.values():
                 robot.read(self._clock(), start=True)
@@ -221,10 +222,7 @@ class Ros2Simulation(MeasuredSimulation):
         """Send the commands that the safety rules allow. For the arguments, see :meth:`.MeasuredSimulation.send`."""
         now = self._clock()
         for robot in self._robots.values():
-            mode, values = robot.safe_command(decimation, duration, now)
-            if robot.fault:
-                mode, values = robot.hold_command(robot.fault, now)
-            robot.send(mode, values)
+            robot.send(*robot.safe_command(decimation, duration, now, robot.fault))
 
     def receive(self, start: bool = False) -> None:
         """Read the latest measurements that the safety rules allow.
@@ -236,19 +234,31 @@ class Ros2Simulation(MeasuredSimulation):
             SimulationError: There were no usable measurements for several seconds.
         """
         self._node.spin()
-        now = self._clock()
         if start:
-            self._last_good = time.monotonic()
-            for robot in self._robots.values():
-                robot.read(now, start=True)
-                robot.fault = ""
+            self._begin()
             return
+        now = self._clock()
         faults = [fault for robot in self._robots.values() if (fault := robot.update(now))]
         if not faults:
             self._last_good = time.monotonic()
         elif time.monotonic() - self._last_good > _MOST_SILENCE:
             self.hold()
             raise SimulationError(f"no measurement could be used for {_MOST_SILENCE:g} s: {faults[0]}.")
+
+    def _begin(self) -> None:
+        """Wait for a usable measurement of each robot at any position."""
+
+        def are_usable() -> bool:
+            now = self._clock()
+            for robot in self._robots.values():
+                reason = robot.read(now, start=True)
+                robot.fault = clock_problem(robot.rules.age(now), "simulator_kwargs={'use_sim_time': True}") or reason
+            return not any(robot.fault for robot in self._robots.values())
+
+        if not self._node.spin_until(are_usable, _MOST_SILENCE):
+            faults = [robot.fault for robot in self._robots.values() if robot.fault]
+            raise SimulationError(f"no joint state could be used for {_MOST_SILENCE:g} s before an episode: {faults[0]}.")
+        self._last_good = time.monotonic()
 
     def _clock(self) -> float:
         return 1e-9 * float(self._node.node.get_clock().now().nanoseconds)

@@ -128,10 +128,9 @@ def _make_vec(
     kwargs: Mapping[str, Any],
     wrappers: Sequence[tuple[type[Any], ComponentConfig]],
 ) -> gym.vector.VectorEnv[Any, Any, Any]:
-    if is_paced({**spec.kwargs, **kwargs}.get("simulator")):
-        if num_envs > 1:
-            raise ParameterValueError("num_envs", num_envs, "1 on a simulator that is paced")
-    elif spec.vector_entry_point is not None and not spec.additional_wrappers and not wrappers:
+    if num_envs > 1 and is_paced({**spec.kwargs, **kwargs}.get("simulator")):
+        raise ParameterValueError("num_envs", num_envs, "1 on a simulator that is paced")
+    if spec.vector_entry_point is not None and not spec.additional_wrappers and not wrappers:
         env = gym.make_vec(spec, num_envs, vectorization_mode="vector_entry_point", **kwargs)
         if env.metadata.get("autoreset_mode") == AutoresetMode.SAME_STEP:
             return env

@@ -66,7 +66,7 @@ class Teleop(Operator):
         """
         base: Any = env.unwrapped
         if not hasattr(base, "control"):
-            raise RunError("only environments of FRobs on a simulator that is not paced can be teleoperated.")
+            raise RunError("only environments of FRobs can be teleoperated.")
         if base.simulation.num_envs != 1:
             raise RunError(f"a person can act in 1 environment, not in {base.simulation.num_envs}; set num_envs to 1.")
         self._space = base.control.action_space

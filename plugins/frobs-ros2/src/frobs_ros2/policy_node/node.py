@@ -19,11 +19,10 @@ from frobs_ros2.policy_node.actions import Actions
 from frobs_ros2.policy_node.checks import bundle_problems, robot_problems, trained_limits
 from frobs_ros2.policy_node.kinematics import Kinematics
 from frobs_ros2.policy_node.observation import Inputs, Observer, named_arrays
-from frobs_ros2.ros import PEER_TIMEOUT, Node, image_of, joints_of, message_type, seconds_of, variables
+from frobs_ros2.ros import PEER_TIMEOUT, Node, clock_problem, image_of, joints_of, message_type, seconds_of, variables
 from frobs_ros2.safety import Array, Limits, SafetyFilter
 
 _ON_TIME = 1e-6  # [s] rounding of stamps
-_CLOCKS_APART = 2.0  # [s]
 _RATE_MESSAGES = 20  # joint states over which their rate is measured
 _ONE_PER_STEP = 1.5  # joint states per control step below which each of them leads to a command
 
@@ -325,12 +324,9 @@ class PolicyNode:
             rate = (len(self._stamps) - 1) / spent if spent > 0.0 else 0.0
         names = self._joint_names
         problems = list(robot_problems(self._bundle, manifest, names, kinematics, observer, self._inputs, rate))
-        difference = self._now() - self._inputs.stamp
-        if names and abs(difference) > _CLOCKS_APART and np.isfinite(difference):
-            problems.append(
-                f"the stamps of joint_states differ from the clock of this node by {difference:.4g} s; for a simulation, "
-                "set --param use_sim_time:=true, and for a robot, synchronize the clocks of the machines"
-            )
+        problem = clock_problem(self._now() - self._inputs.stamp, "--param use_sim_time:=true")
+        if names and problem:
+            problems.append(problem)
         self._refuse(problems)
         if rate is not None:  # jitter of the joint states must not make the node skip a step
             steps = rate * self._timestep
