@@ -10,6 +10,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import vision
 
+from frobs_train import resolve_config
+
 ROW = {"minutes": 12.0, "shared": False, "seen": 0.99, "black": 0.0, "frozen": 0.01, "another's": 0.0}
 ROW |= {"machine": "a machine", "commit": "abc"}
 
@@ -35,6 +37,14 @@ def test_blinded_observations() -> None:
         for view in (dark, other, still):
             np.testing.assert_array_equal(view["observation"], observation["observation"])
         np.testing.assert_array_equal(observation["scene"], seen(step)["scene"])  # the original stays as it is
+
+
+@pytest.mark.parametrize("name", vision.CASES)
+def test_settings_of_each_case_are_valid(name: str) -> None:
+    case = vision.CASES[name]
+    config = resolve_config(case.id, file=case.config, check_parts=True)
+    assert config.algorithm == "dagger"
+    assert bool(config.randomize) == (case.config is not None)
 
 
 def test_page_names_what_is_missed() -> None:

@@ -99,7 +99,7 @@ def successes(policy: Path | str, case: Case, view: View | None, episodes: int) 
     """Return the number of successful episodes among ``episodes``, as many in each environment."""
     keywords: dict[str, Any] = {}
     if case.config is not None:
-        keywords = {"randomize": {**load_yaml(case.config)["environment_kwargs"]["randomize"], **UNSEEN}}
+        keywords = {"randomize": {**load_yaml(case.config)["randomize"], **UNSEEN}}
     env = gym.make_vec(f"frobs_core:{case.id}", num_envs=NUM_ENVS, **keywords)
     kept: dict[str, Any] = {}
     left, count = np.full(NUM_ENVS, episodes // NUM_ENVS), 0

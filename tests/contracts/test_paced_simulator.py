@@ -100,9 +100,7 @@ def test_there_is_one_environment() -> None:
 
 @pytest.mark.slow
 def test_the_step_that_ends_an_episode_drives_home() -> None:
-    env = RobotVectorEnv(
-        1, **PARTS, simulator=paced_plugin.RECORD, max_episode_steps=10, goal_low=LOW, goal_high=HIGH
-    )
+    env = RobotVectorEnv(1, **PARTS, simulator=paced_plugin.RECORD, max_episode_steps=10, goal_low=LOW, goal_high=HIGH)
     env.reset(seed=0)
     for _ in range(10):
         *_, truncated, info = env.step(ACTION[None])

@@ -86,6 +86,7 @@ GRIPPERS = ("gripper_position", "gripper_delta", "gripper_binary")
     [
         *[("frobs/Ur5PickAndPlace-v0", {"controller": {"arm": "tcp_delta_pose", "gripper": name}}) for name in GRIPPERS],
         ("frobs/Ur5Reach-v0", {"controller": "tcp_delta_pose", "controller_kwargs": FREE}),
+        ("frobs/Irb120Reach-v0", {"controller": "tcp_delta_position"}),
         ("frobs/KobukiMaze-v0", {}),
     ],
 )  # fmt: skip

@@ -77,13 +77,14 @@ def test_a_page_repeats_the_episodes_of_python(tmp_path: Path, id: str, position
     ("id", "keywords"),
     [
         (REACH, {"controller_kwargs": {"full_range": True}}),
+        (REACH, {"controller": "tcp_delta_position"}),
         (REACH, {"controller": "tcp_delta_pose", "controller_kwargs": {"posture_gain": 0.0}}),
         (PICK, {"controller_kwargs": {"max_delta": 0.05, "interpolate": True}}),
         (PICK, {"controller_kwargs": {"axes": ["x", "y", "z"], "free_yaw": True}}),
         (PICK, gripper("gripper_binary")),
         (PICK, gripper("gripper_position")),
     ],
-    ids=["full range", "pose", "interpolate", "free yaw", "binary", "position"],
+    ids=["full range", "point", "pose", "interpolate", "free yaw", "binary", "position"],
 )
 def test_controllers_repeat_random_actions(tmp_path: Path, id: str, keywords: dict[str, Any]) -> None:
     run = run_with(open_pretrained(id), **keywords)

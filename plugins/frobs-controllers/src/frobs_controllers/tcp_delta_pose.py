@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 
-from frobs_controllers.tcp_delta_position import TcpDeltaPosition
+from frobs_controllers.tcp_delta_position import AXES, TcpDeltaPosition
 from frobs_core.contracts import JointGroup, Snapshot
 from frobs_core.util.arrays import Action, Floats, Mask, rows_of
 from frobs_core.util.errors import ParameterValueError
 from frobs_core.util.rotations import multiply_components
 from frobs_core.util.validation import boolean, choice, number_list, positive
-
-AXES = ("x", "y", "z", "rx", "ry", "rz")
-"""Components of an action: translations along the world's axes and rotations about these axes."""
 
 
 class TcpDeltaPose(TcpDeltaPosition):
@@ -75,7 +72,6 @@ class TcpDeltaPose(TcpDeltaPosition):
         if self.free_yaw and "rz" in self.axes:
             raise ParameterValueError("axes", list(axes), "without 'rz' if free_yaw is set", self.owner)
         self._has_box = target_low is not None or target_high is not None
-        self._target_low, self._target_high = np.full((2, 3), [[-np.inf], [np.inf]])
         if target_low is not None:
             self._target_low = np.array(number_list(f"{self.owner}: target_low", target_low, 3))
         if target_high is not None:
@@ -157,24 +153,6 @@ class TcpDeltaPose(TcpDeltaPosition):
         np.subtract(inside, self._target, out=step)
         np.maximum(step, self._minus_leash[:, :3], out=step)
         np.minimum(step, self._leash[:, :3], out=step)
-
-    def law(self) -> Mapping[str, Any]:
-        """Return the numbers of the law, which is the one of :class:`.DampedLeastSquares` with a target pose.
-
-        ``frame`` is the link that the controller moves, ``columns`` are the components of the pose that an action
-        changes, and ``steps`` are the sizes of a full step.
-        """
-        return {
-            "law": "tcp_delta_pose",
-            "joints": list(self._joints.joint_names),
-            "frame": self._joints.frame_name("tcp"),
-            "columns": [AXES.index(axis) for axis in self.axes],
-            "steps": list(self._steps),
-            "target_low": self._target_low.tolist(),
-            "target_high": self._target_high.tolist(),
-            "interpolate": self.interpolate,
-            **self._ik.numbers(),
-        }
 
     def stored_arrays(self) -> Snapshot:
         """Return the commanded joint positions and the target pose."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import gymnasium as gym
 import numpy as np
@@ -12,6 +13,9 @@ from frobs_core.contracts import CommandMode, Controller, JointGroup, Snapshot
 from frobs_core.util.arrays import Action, Floats, Mask, rows_of
 from frobs_core.util.errors import ParameterValueError
 from frobs_core.util.validation import non_negative, positive
+
+AXES = ("x", "y", "z", "rx", "ry", "rz")
+"""Components of a pose: translations along the world's axes and rotations about these axes."""
 
 
 class TcpDeltaPosition(Controller):
@@ -39,6 +43,11 @@ class TcpDeltaPosition(Controller):
 
     axes: tuple[str, ...] = ("x", "y", "z")
     """Components of an action."""
+
+    interpolate: bool = False
+    """Whether the joints move to their new positions at constant speed during a control step."""
+
+    _target_low, _target_high = np.array([[-np.inf] * 3, [np.inf] * 3])
 
     def __init__(self, *, max_delta: float = 0.05, damping: float = 0.1, posture_gain: float = 0.02) -> None:
         self.max_delta = positive(f"{self.owner}: max_delta", max_delta, "m")
@@ -91,6 +100,24 @@ class TcpDeltaPosition(Controller):
         np.add(remainder, step, out=error)
         np.add(there, error, out=target)
         return self._ik.move(self._error)
+
+    def law(self) -> Mapping[str, Any]:
+        """Return the numbers of the law, which is the one of :class:`.DampedLeastSquares` with a target.
+
+        ``frame`` is the link that the controller moves, ``columns`` are the components of a pose that an action
+        changes, and ``steps`` are the sizes of a full step.
+        """
+        return {
+            "law": self.owner,
+            "joints": list(self._joints.joint_names),
+            "frame": self._joints.frame_name("tcp"),
+            "columns": [AXES.index(axis) for axis in self.axes],
+            "steps": list(self._steps),
+            "target_low": self._target_low.tolist(),
+            "target_high": self._target_high.tolist(),
+            "interpolate": self.interpolate,
+            **self._ik.numbers(),
+        }
 
     def stored_arrays(self) -> Snapshot:
         """Return the commanded joint positions and the target point."""

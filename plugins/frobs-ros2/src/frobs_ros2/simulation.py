@@ -257,7 +257,9 @@ class Ros2Simulation(MeasuredSimulation):
 
         if not self._node.spin_until(are_usable, _MOST_SILENCE):
             faults = [robot.fault for robot in self._robots.values() if robot.fault]
-            raise SimulationError(f"no joint state could be used for {_MOST_SILENCE:g} s before an episode: {faults[0]}.")
+            raise SimulationError(
+                f"no joint state could be used for {_MOST_SILENCE:g} s before an episode: {faults[0]}."
+            )
         self._last_good = time.monotonic()
 
     def _clock(self) -> float:

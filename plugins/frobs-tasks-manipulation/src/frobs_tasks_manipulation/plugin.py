@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from typing import Any
 
 from frobs_core.plugins.hooks import hookimpl
 from frobs_core.plugins.records import EnvironmentRecord, SimulatorDefaults, TaskRecord
@@ -162,7 +163,7 @@ _PICK = "bring a cube to a goal; half of the goals are in the air"
 def frobs_tasks() -> list[TaskRecord]:
     """Return the records of the manipulation tasks."""
     slide = "hit a puck so that it slides to a goal out of reach"
-    slide_arm = {"max_delta": 0.04, "interpolate": True}
+    slide_arm: dict[str, Any] = {"max_delta": 0.04, "interpolate": True}
     goal = "(goal-conditioned)"
     return [
         _for_any_arm(_with_eyes(_task("push:Push", "push a cube to a goal on the floor", 125), *_CUBE)),

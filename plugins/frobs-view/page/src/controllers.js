@@ -40,6 +40,7 @@ class InverseKinematics {
   lead() {
     const { home, posture_gain: gain, free_row: free } = this.numbers;
     this.jacobian = this.frames.jacobian(this.frame, this.freedoms);
+    this.jacobian.length = this.numbers.steps.length; // without rotations if the target is a point
     if (free !== null) this.jacobian[free].fill(0);
     this.posture = this.commanded.map((u, i) => (home[i] - u) * gain[i]);
     const ahead = this.commanded.map((u, i) => u - this.frames.data.qpos[this.joints[i].position]);
@@ -76,8 +77,8 @@ class InverseKinematics {
   }
 }
 
-/** Steps of the tool center point toward a target pose. */
-class TcpDeltaPose {
+/** Steps of the tool center point toward a target point or pose. */
+class TcpDelta {
   constructor(frames, numbers) {
     Object.assign(this, { frames, numbers, joints: frames.joints(numbers.joints) });
     this.kinematics = new InverseKinematics(frames, numbers);
@@ -100,7 +101,7 @@ class TcpDeltaPose {
     const frame = this.kinematics.frame;
     const offset = subtract(this.target, this.frames.position(frame));
     const turn = rotationBetween(this.frames.quaternion(frame), this.turn);
-    const left = subtract([...offset, ...turn], this.kinematics.lead());
+    const left = subtract([...offset, ...turn].slice(0, steps.length), this.kinematics.lead());
     const rest = left.map((value, i) => clip(value, -steps[i], steps[i]));
     const moved = add(subtract(rest, left), step);
     this.target = add(this.target, moved.slice(0, 3));
@@ -140,7 +141,8 @@ class Gripper {
 /** Classes of controllers by the name of their law. */
 export const LAWS = {
   joint_delta_position: JointDeltaPosition,
-  tcp_delta_pose: TcpDeltaPose,
+  tcp_delta_position: TcpDelta,
+  tcp_delta_pose: TcpDelta,
   gripper_position: Gripper,
   gripper_delta: Gripper,
   gripper_binary: Gripper,

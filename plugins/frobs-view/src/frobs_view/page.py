@@ -37,7 +37,10 @@ _OBJECT = ("Lift", "PickAndPlace", "PickAndPlaceGoal", "Push", "PushGoal")
 _TASKS = "frobs_tasks_"
 """Beginning of the packages that contain these tasks."""
 
-_LAWS = ("joint_delta_position", "tcp_delta_pose", "gripper_position", "gripper_delta", "gripper_binary")
+_LAWS = (
+    *("joint_delta_position", "tcp_delta_position", "tcp_delta_pose"),
+    *("gripper_position", "gripper_delta", "gripper_binary"),
+)
 _STATES = ("qpos", "qvel", "ctrl", "mocap_pos", "mocap_quat")
 
 

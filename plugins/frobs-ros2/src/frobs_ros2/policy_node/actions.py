@@ -20,10 +20,14 @@ CONTROLLERS = {
     "joint_position": POSITION,
     "joint_velocity": VELOCITY,
     "joint_effort": EFFORT,
+    "tcp_delta_position": POSITION,
     "tcp_delta_pose": POSITION,
     "differential_drive": VELOCITY,
 }
 """Controllers whose actions can be converted, and the mode of their commands."""
+
+TOOLS = ("tcp_delta_position", "tcp_delta_pose")
+"""Controllers whose actions move the tool."""
 
 GRIPPERS = ("gripper_position", "gripper_delta", "gripper_binary")
 """Controllers of grippers, which may be combined with a controller that commands positions."""
@@ -56,7 +60,7 @@ class Actions:
         limits: Lower and upper position limits [rad or m], velocity limits [rad/s or m/s] and effort limits
             [N·m or N], (4, dof).
         timestep: Time between two actions [s].
-        kinematics: Kinematics of the robot, which ``tcp_delta_pose`` requires.
+        kinematics: Kinematics of the robot, which :data:`TOOLS` require.
 
     Attributes:
         mode: Mode of the commands.
@@ -83,7 +87,7 @@ class Actions:
             if controller in GRIPPERS:
                 part = _Gripper(law)
                 self.fingers += columns.tolist()
-            elif controller == "tcp_delta_pose":
+            elif controller in TOOLS:
                 assert kinematics is not None
                 part = _Tool(law, kinematics.chain(str(law["frame"])), columns)
             elif controller == "differential_drive":
@@ -172,7 +176,7 @@ class _Joints(_Part):
 
 
 class _Tool(_Part):
-    """Damped least squares with a target pose, as ``frobs_controllers.tcp_delta_pose`` describes it."""
+    """Damped least squares with a target point or pose, as ``frobs_controllers`` describes it."""
 
     def __init__(self, law: Mapping[str, Any], arm: Chain, columns: Array) -> None:
         self.width, self._arm = len(law["columns"]), arm
@@ -181,7 +185,7 @@ class _Tool(_Part):
         self._lower, self._upper = _bounds(law["lower"], -math.inf), _bounds(law["upper"], math.inf)
         self._fastest = _bounds(law["max_change"], math.inf)
         self._home, self._gain = np.array(law["home"], float), np.array(law["posture_gain"], float)
-        self._damping, self._free = float(law["damping"]) * np.eye(6), law.get("free_row")
+        self._damping, self._free = float(law["damping"]) * np.eye(len(self._steps)), law.get("free_row")
         self._commanded = self._home
 
     def reset(self, positions: Array, columns: Array) -> None:
@@ -194,16 +198,18 @@ class _Tool(_Part):
 
     def convert(self, action: Array, positions: Array, columns: Array) -> Array:
         frames = self._arm.frames(positions)
-        jacobian = self._arm.jacobian(frames)[:, columns]  # (6, joints)
+        steps = self._steps
+        rows = len(steps)  # 6, or 3 without rotations
+        jacobian = self._arm.jacobian(frames)[:rows, columns]
         if self._free is not None:
             jacobian[self._free] = 0.0
-        steps, step = self._steps, np.zeros(6)
+        step = np.zeros(rows)
         step[self._axes] = action
         step *= steps
         inside = np.clip(self._target + step[:3], self._low, self._high)
         step[:3] = np.clip(inside - self._target, -steps[:3], steps[:3])
         turn = _between(frames[-1, :3, :3], self._rotation)
-        left = np.concatenate([self._target - frames[-1, :3, 3], turn])
+        left = np.concatenate([self._target - frames[-1, :3, 3], turn])[:rows]
         left -= jacobian @ (self._commanded - positions[columns])  # the command is ahead of the arm
         remainder = np.clip(left, -steps, steps)
         moved = remainder - left + step

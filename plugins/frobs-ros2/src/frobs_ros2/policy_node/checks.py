@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from frobs_deploy import Bundle, Manifest
-from frobs_ros2.policy_node.actions import CONTROLLERS, GRIPPERS
+from frobs_ros2.policy_node.actions import CONTROLLERS, GRIPPERS, TOOLS
 from frobs_ros2.policy_node.kinematics import Kinematics
 from frobs_ros2.policy_node.observation import Inputs, Observer
 
@@ -38,7 +38,7 @@ def bundle_problems(bundle: Bundle, laws: Sequence[Mapping[str, Any]], interface
             "the simulator 'ros2' instead, for example: frobs play ID --policy FILE --simulator ros2"
         )
         return
-    if name in ("differential_drive", "tcp_delta_pose") and name not in kinds:
+    if name in ("differential_drive", *TOOLS) and name not in kinds:
         yield (
             f"the bundle does not contain the numbers of its controller '{name}', as an earlier version wrote it; use "
             "'frobs ros2 run', which computes them, or write the bundle again: frobs export"
@@ -86,7 +86,7 @@ def robot_problems(
             f"joint_states arrives at {rate:.0f} Hz, but the policy needs {1 / timestep:.0f} Hz; publish it faster, or "
             "train with a larger control_timestep"
         )
-    needs_tool = observer.needs_tool or (bundle.manifest["controller"] or {}).get("name") == "tcp_delta_pose"
+    needs_tool = observer.needs_tool or (bundle.manifest["controller"] or {}).get("name") in TOOLS
     if kinematics is None:
         if needs_tool:
             yield "the topic robot_description is missing, but the policy needs the tool's position; publish it"
