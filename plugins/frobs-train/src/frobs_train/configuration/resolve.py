@@ -42,10 +42,10 @@ def resolve_config(
 ) -> RunConfig:
     """Resolve a configuration from tuned settings, a file, flags and individual settings.
 
-    In order of increasing precedence, the sources are the settings for the ID in the algorithm's record, the file, the
-    flags, and the individual settings. If the file has another layout, which the algorithm's record declares, the file
-    is translated and the tuned settings are ignored. The file may have a section ``controllers`` with one mapping per
-    controller. Only the mapping of the chosen controller is used.
+    In order of increasing precedence, the sources are the default algorithm of the ID, the settings for the ID in the
+    algorithm's record, the file, the flags, and the individual settings. If the file has another layout, which a
+    :class:`.ConfigLayoutRecord` declares, the file is translated and the tuned settings are ignored. The file may have
+    a section ``controllers`` with one mapping per controller. Only the mapping of the chosen controller is used.
 
     Args:
         environment: Gymnasium ID. Defaults to the ID in the file.
