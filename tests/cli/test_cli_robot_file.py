@@ -59,7 +59,7 @@ def test_show_lists_what_was_found_and_fitted(frobs: Frobs, file: str) -> None:
 def test_train_prints_and_stores_what_was_fitted(frobs: Frobs, file: str, tmp_path: Path) -> None:
     run, short = tmp_path / "run", ["--steps", "16", "--num-envs", "2", "--set", "algorithm_config.n_steps=8"]
     more = ["--set", "algorithm_config.batch_size=16", "--set", "environment_kwargs.size=0.03", "--run-dir", str(run)]
-    result = frobs("train", PICK, "--robot", file, "--gripper", "left", *short, *more)
+    result = frobs("train", PICK, "--robot", file, "--gripper", "left", "--algorithm", "ppo", *short, *more)
     assert result.exit_code == 0, result.stderr
     assert "gripper.gap" in result.stderr
     kwargs = load_yaml(run / "config.yaml")["environment_kwargs"]

@@ -134,7 +134,9 @@ def read_settings(dataset: Dataset, trust: bool) -> tuple[str, dict[str, Any], s
     path, settings = dataset.folder / SETTINGS_PATH, dataset.settings
     if settings is None:
         reason = f"{SETTINGS_PATH} is missing, which names the environment"
-        raise DataError(dataset.folder, f"{reason}; only what 'frobs record' or 'frobs data import' has written can be replayed.")
+        raise DataError(
+            dataset.folder, f"{reason}; only what 'frobs record' or 'frobs data import' has written can be replayed."
+        )
     environment, kwargs, simulator = (settings.get(key) for key in ("environment", "environment_kwargs", "simulator"))
     if not isinstance(environment, str) or not isinstance(kwargs, dict) or not isinstance(simulator, str):
         rule = "'environment', 'environment_kwargs' and 'simulator' must be an ID, a mapping and a name"

@@ -73,6 +73,7 @@ def frobs_tasks() -> list[TaskRecord]:
                     "Irb140ReachVelocityLegacy",
                     "FRobs_RL's IRB 140 reaching task with joint velocity control",
                     100,
+                    algorithm="td3",
                     robot="irb140",
                     controller="joint_velocity",
                     parameters={"controller_kwargs": {"max_velocity": 0.2}},
