@@ -206,6 +206,14 @@ class MeasuredSimulation(Simulation):
         modes = {name: robot.command_modes for name, robot in self.robots.items()}
         for robot in self.robots.values():
             robot.set_command_mode(CommandMode.POSITION)
+        try:
+            self._move_home(speed, timeout)
+        finally:  # also after a failure: the commands of the controllers are not positions
+            for name, robot in self.robots.items():
+                if modes[name] != robot.command_modes:
+                    robot.set_command_mode(modes[name])
+
+    def _move_home(self, speed: float, timeout: float) -> None:
         targets = {name: robot.joint_positions.copy() for name, robot in self.robots.items()}
         while not all(_is_home(robot, targets[name]) for name, robot in self.robots.items()):
             for name, robot in self.robots.items():
@@ -224,9 +232,6 @@ class MeasuredSimulation(Simulation):
                     f"the robots did not stop at their home positions within {timeout:g} s of a reset "
                     f"(off: {far or 'none'})."
                 )
-        for name, robot in self.robots.items():
-            if modes[name] != robot.command_modes:
-                robot.set_command_mode(modes[name])
 
 
 def _is_home(robot: RobotHandle, target: Floats) -> bool:
