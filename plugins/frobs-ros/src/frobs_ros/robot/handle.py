@@ -41,7 +41,7 @@ class RosRobot(MeasuredRobot):
         if len(lidars) > 1:
             raise ConfigurationError(f"the robot has the lidars {', '.join(lidars)}, but only one lidar is supported.")
         self._lock = threading.Lock()
-        self._joints: dict[str, tuple[float, float, float]] = {}
+        self._joints: dict[str, tuple[float, ...]] = {}  # time [s], position, velocity and effort of each joint
         self._base = self._latest_base = (*place_of(placement.pose), *REST)
         self._scan: Any = None
         self._latest_scan: Any = None
@@ -79,10 +79,11 @@ class RosRobot(MeasuredRobot):
 
     def _hear_joints(self, message: Any) -> None:
         columns = [each or [0.0] * len(message.name) for each in (message.position, message.velocity, message.effort)]
+        rows, now = zip(message.name, *columns, strict=True), time.monotonic()
         with self._lock:
-            self._joints.update(zip(message.name, zip(*columns, strict=True), strict=True))
-            if all(name in self._joints for name in self.joint_names):
-                self._heard["joint states"] = time.monotonic()
+            self._joints |= {name: (now, *values) for name, *values in rows if math.isfinite(values[0])}
+            if all(name in self._joints for name in self.joint_names):  # each may come from another node
+                self._heard["joint states"] = min((self._joints[name][0] for name in self.joint_names), default=now)
 
     def _hear_odometry(self, message: Any) -> None:
         place = read_pose(message.pose.pose)
@@ -115,7 +116,7 @@ class RosRobot(MeasuredRobot):
     def read(self) -> None:
         """Use the latest measurements. All of them must have been received."""
         with self._lock:
-            self.measured = np.array([self._joints[name] for name in self.joint_names]).T[:, None]
+            self.measured = np.array([self._joints[name][1:] for name in self.joint_names]).T[:, None]
             self._base, self._scan = self._latest_base, self._latest_scan
 
     @property
