@@ -10,6 +10,9 @@ from frobs_core.util.errors import ConfigurationError
 
 __all__ = ["available_memory", "require_memory"]
 
+_CGROUP = Path("/sys/fs/cgroup")
+"""Folder with the limits of the control group."""
+
 
 def require_memory(owner: str, size: int, count: int, unit: str, advice: str) -> None:
     """Check that observations fit into the memory that is available.
@@ -38,9 +41,10 @@ def available_memory() -> int:
     with suppress(OSError, ValueError):
         lines = dict(line.split(":") for line in Path("/proc/meminfo").read_text("ascii").splitlines())
         free.append(1024 * int(lines["MemAvailable"].split()[0]))
-    with suppress(OSError, ValueError):
-        limit, used = (int(Path(f"/sys/fs/cgroup/memory.{name}").read_text("ascii")) for name in ("max", "current"))
-        free.append(limit - used)
+    with suppress(OSError, ValueError, KeyError):
+        limit, used = (int((_CGROUP / f"memory.{name}").read_text("ascii")) for name in ("max", "current"))
+        numbers = dict(line.split() for line in (_CGROUP / "memory.stat").read_text("ascii").splitlines())
+        free.append(limit - used + int(numbers["inactive_file"]))  # the kernel frees this cache if necessary
     if len(free) == 1:
         with suppress(OSError, ValueError, AttributeError):
             free.append(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
