@@ -83,6 +83,15 @@ def test_a_study_is_checked_before_it_begins(changes: dict[str, Any], tmp_path: 
         missing_trainings(SMALL.model_copy(update=changes), tmp_path)
 
 
+def test_each_id_is_trained_with_its_own_algorithm_unless_others_are_chosen(tmp_path: Path) -> None:
+    study = Study(environments=["frobs/PandaPushVision-v0", "CartPole-v1"], seeds=1)
+    folders = study_folders(study, tmp_path)
+    assert [str(folder.relative_to(tmp_path)) for folder in folders] == [
+        "frobs/PandaPushVision-v0/dagger_seed0",
+        "CartPole-v1/ppo_seed0",
+    ]
+
+
 def test_folders_tell_environments_of_two_namespaces_apart(tmp_path: Path) -> None:
     study = Study(environments=["a/Reach-v0", "b/Reach-v0", "module:c/Reach-v0"], algorithms=["ppo", "sac"], seeds=2)
     assert len(study_folders(study, tmp_path)) == 12

@@ -16,7 +16,7 @@ from frobs_core.util.validation import validate
 from frobs_core.util.yaml import load_yaml
 from frobs_train.comparison.compare import Comparison, compare
 from frobs_train.comparison.tables import groups_table, markdown_table, runs_table, write_table
-from frobs_train.configuration.resolve import resolve_config
+from frobs_train.configuration.resolve import resolve_config, usual_algorithm
 from frobs_train.plots.plot_comparison import plot_comparison
 from frobs_train.runners.jobs import evaluation_job, training_job
 from frobs_train.runners.runner import Job, Outcome, Runner
@@ -33,7 +33,7 @@ class Study(BaseModel):
 
     Attributes:
         environments: Gymnasium IDs.
-        algorithms: Names of algorithms.
+        algorithms: Names of algorithms, or None for the algorithm of each ID.
         seeds: Number of seeds, or the seeds themselves.
         episodes: Number of new episodes in which each policy is evaluated.
         settings: Settings that replace the tuned ones in all runs, as in a file for ``frobs train``.
@@ -42,7 +42,7 @@ class Study(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     environments: Annotated[list[str], Field(min_length=1)]
-    algorithms: Annotated[list[str], Field(min_length=1)] = ["ppo"]
+    algorithms: Annotated[list[str], Field(min_length=1)] | None = None
     seeds: Annotated[int, Field(ge=1)] | Annotated[list[Annotated[int, Field(ge=0, lt=2**32)]], Field(min_length=1)] = 5
     episodes: Annotated[int, Field(ge=1)] = 200
     settings: dict[str, Any] = {}
@@ -71,7 +71,7 @@ def study_folders(study: Study, folder: Path) -> Mapping[Path, Mapping[str, Any]
             "seed": seed,
         }
         for environment in study.environments
-        for algorithm in study.algorithms
+        for algorithm in study.algorithms or [usual_algorithm(environment)]
         for seed in seeds
     }
 
