@@ -53,7 +53,7 @@ def record(folder: Path, env: Any, more: dict[str, Feature], fps: int = 25, robo
 
 
 def test_terms_are_found_by_name(make: Callable[..., Any], tmp_path: Path) -> None:
-    for num_envs in (None, 2):
+    for num_envs in (None, 2, {"mujoco": 2}):
         env = make(REACH, num_envs)
         given = record(tmp_path / str(num_envs), make(REACH), {})
         found = training_arrays(tmp_path / str(num_envs), env)

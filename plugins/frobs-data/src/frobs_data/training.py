@@ -11,6 +11,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.description import ObservationTerm
+from frobs_core.kernel.mixed_vector_env import MixedVectorEnv
 from frobs_core.util.errors import ParameterValueError, check_keys
 from frobs_core.util.memory import require_memory
 from frobs_core.util.yaml import load_yaml
@@ -88,6 +89,8 @@ def training_arrays(
         ConfigurationError: The mapping is invalid, or the observations do not fit into memory.
     """
     dataset, base = Dataset(folder), env.unwrapped
+    if isinstance(base, MixedVectorEnv):  # all have the same robot, observation and action
+        base = next(iter(base.parts.values()))
     given = load_yaml(mapping) if isinstance(mapping, Path | str) else dict(mapping or {})
     check_keys("the mapping", given, ("action", "observation", "any_rate"))
     terms = given.get("observation") or {}
