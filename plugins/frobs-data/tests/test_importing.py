@@ -17,7 +17,7 @@ from ros2_wheels import ros2_variables
 from typer.testing import CliRunner
 
 from frobs_cli.program import program
-from frobs_core.util.errors import RunError
+from frobs_core.util.errors import RunError, UnknownParameterError
 from frobs_data import DataError, check, import_bags, replay
 from frobs_train import resolve_config, train
 
@@ -204,6 +204,12 @@ def test_a_bag_that_does_not_fit_is_one_clear_error(motion: Motion, tmp_path: Pa
     with pytest.raises(DataError, match=text.replace("(", r"\(")) as caught:
         import_bags([bag], REACH, tmp_path / "data")
     assert str(bag) in str(caught.value)
+
+
+def test_a_rule_for_an_unknown_topic_is_an_error(motion: Motion, tmp_path: Path) -> None:
+    bag = write_bag(tmp_path / "bag", motion.messages)
+    with pytest.raises(UnknownParameterError, match=r"remap.*'joint_stats'.*Did you mean 'joint_states'"):
+        import_bags([bag], REACH, tmp_path / "data", remappings=["joint_stats:=/arm/joint_states"])
 
 
 def test_a_controller_of_the_tool_is_refused(motion: Motion, tmp_path: Path) -> None:

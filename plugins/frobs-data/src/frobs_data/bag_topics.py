@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import ParameterValueError
+from frobs_core.util.errors import ParameterValueError, check_keys
 from frobs_data.bags import Bag
 from frobs_data.budgets import BAG_BUDGET, BUDGET
 from frobs_data.errors import DataError
@@ -40,22 +40,25 @@ class TopicNames:
         namespace: Namespace of the robot's topics, such as ``"left"``.
         remappings: Rules such as ``"joint_states:=/arm/joint_states"``, as of ROS 2.
 
+    Attributes:
+        renamed: Name in the bag of each topic that a rule renames.
+
     Raises:
         ParameterValueError: A rule has another form.
     """
 
     def __init__(self, namespace: str = "", remappings: Iterable[str] = ()) -> None:
         self._prefix = "/" + (f"{namespace.strip('/')}/" if namespace.strip("/") else "")
-        self._changed: dict[str, str] = {}
+        self.renamed: dict[str, str] = {}
         for rule in remappings:
             name, separator, topic = rule.partition(":=")
             if not separator or not name or not topic:
                 raise ParameterValueError("remap", rule, "a rule such as joint_states:=/arm/joint_states")
-            self._changed[name.strip("/")] = topic
+            self.renamed[name.strip("/")] = topic
 
     def topic(self, name: str) -> str:
         """Return the absolute name of a topic in the bag, for its name in the documentation."""
-        changed = self._changed.get(name, name)
+        changed = self.renamed.get(name, name)
         return changed if changed.startswith("/") else self._prefix + changed
 
 
@@ -94,11 +97,13 @@ def read_topics(
         trajectory; numbers by term of each message of ``observation``; nothing for each image.
 
     Raises:
+        UnknownParameterError: A rule renames a topic that the environment does not need.
         DataError: Joint states or joints are missing, a topic has another type, or a message is damaged, has the wrong
             size, or contains a number that is not finite.
     """
     arm = [joint_names[i] for i in arm_columns]
     types = _TYPES | {IMAGE.format(key): "sensor_msgs/msg/Image" for key in images}
+    check_keys("remap", names.renamed, types)
     roles = {names.topic(name): name for name in types}
     for topic, name in roles.items():
         found = bag.topics.get(topic)
