@@ -165,6 +165,24 @@ def test_each_change_is_logged_with_its_reason(tmp_path: Path) -> None:
     assert row["rule"] in RULES
 
 
+def test_log_that_cannot_be_written_is_an_error_before_the_first_command(tmp_path: Path) -> None:
+    with pytest.raises(SettingsError, match=r"changes\.jsonl cannot be written"):
+        safe(log=tmp_path / "missing" / "changes.jsonl")
+
+
+def test_robot_holds_although_the_log_can_no_longer_be_written(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    log = tmp_path / "changes.jsonl"
+    rules = safe(log=log)
+    log.unlink()
+    log.mkdir()
+    assert rules.command("velocity", np.array([1.0, 0.0]), 0.0)[0] == 1.0
+    assert rules.hold("velocity", "no measurement", 0.0).tolist() == [0.0, 0.0]
+    assert rules.counts == {"measurement": 1}
+    assert "changes.jsonl cannot be written" in caplog.text
+
+
 @pytest.mark.parametrize(("mode", "held"), [("position", 0.7), ("velocity", 0.0), ("effort", 0.0)])
 def test_robot_holds_where_it_is_before_the_first_command(mode: str, held: float) -> None:
     rules = safe()

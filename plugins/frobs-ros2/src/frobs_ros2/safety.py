@@ -7,6 +7,7 @@ Python 3.10.
 from __future__ import annotations
 
 import json
+import logging
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
@@ -19,6 +20,7 @@ from frobs_ros2.errors import SettingsError
 
 Array = np.ndarray[Any, Any]
 
+_log = logging.getLogger("frobs")
 _JUMP = 0.1  # [rad or m] measured motion that is always accepted, for noise
 _ROUNDING = 1e-7  # [rad, m, rad/s, …] difference of commands that is not reported
 _STOP_TIME = 0.1  # [s] time in which a joint must be able to stop before its position limit
@@ -113,12 +115,16 @@ class SafetyFilter:
         timestep: Time between two commands [s].
         tool: Function that returns the position of the tool (3,) [m] for joint positions (dof,). It is required if
             there is a workspace.
-        log: File to which each change is appended as a line of JSON, or None.
+        log: File to which each change is appended as a line of JSON, or None. If it can no longer be written, for example
+            because the disk is full, a warning is logged, and the rules continue without it.
 
     Attributes:
         changes: The last changes.
         counts: Number of changes by rule.
         held: Reason why the robot holds, or an empty text.
+
+    Raises:
+        SettingsError: The file of the log cannot be written.
     """
 
     limits: Limits
@@ -136,6 +142,16 @@ class SafetyFilter:
     _mode: str = ""
     _began: float = 0.0
     _pressed: float = -np.inf
+
+    def __post_init__(self) -> None:
+        """Check that the log can be written."""
+        if self.log is not None:
+            try:
+                self.log.open("a").close()
+            except OSError as error:
+                raise SettingsError(
+                    f"log: {self.log} cannot be written: {error.strerror}; choose another file."
+                ) from error
 
     def start(self, positions: Array, now: float, stamp: float | None = None) -> None:
         """Begin at measured positions, for example at the start of an episode.
@@ -320,8 +336,14 @@ class SafetyFilter:
         self.changes.append(change)
         self.counts[rule] += 1
         if self.log is not None:
-            with self.log.open("a", encoding="utf-8") as file:
-                file.write(f"{json.dumps(asdict(change), allow_nan=False)}\n")
+            try:
+                with self.log.open("a", encoding="utf-8") as file:
+                    file.write(f"{json.dumps(asdict(change), allow_nan=False)}\n")
+            except OSError as error:  # it must not prevent the command from being sent
+                _log.warning(
+                    "%s cannot be written: %s; changed commands are no longer logged.", self.log, error.strerror
+                )
+                self.log = None
 
 
 def _differ(asked: Array, sent: Array) -> bool:
