@@ -128,9 +128,10 @@ def test_robot_holds_without_the_dead_man_switch(released: bool, now: float) -> 
         (0.00, 0.0, 0.02, "repeated"),
         (-0.02, 0.0, 0.02, "older than the one before"),
         (0.02, 0.0, 0.30, "0.28 s old"),
+        (5.00, 0.0, 0.02, "5 s ahead of the clock"),
         (0.02, 0.5, 0.02, "jumped by 0.5"),
     ],
-    ids=["NaN", "repeated", "reordered", "late", "jump"],
+    ids=["NaN", "repeated", "reordered", "late", "early", "jump"],
 )
 def test_faulty_measurement_is_not_used(stamp: float, position: float, now: float, reason: str) -> None:
     rules = safe()

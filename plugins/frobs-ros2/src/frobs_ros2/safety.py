@@ -38,7 +38,8 @@ RULES = {
     "workspace": "a command that moves the tool out of the box is not sent; the robot holds",
     "slow start": "the velocity limit grows from 10 % to its full value after the start and after each hold",
     "dead-man": "without a fresh signal of the dead-man switch the robot holds",
-    "measurement": "measurements that are old, repeated, out of order, not finite or jump are not used; the robot holds",
+    "measurement": "measurements that are old, ahead of the clock, repeated, out of order, not finite or jump are not used; the "
+    "robot holds",
 }
 """The rules, by the name under which changed commands are logged."""
 
@@ -196,6 +197,8 @@ class SafetyFilter:
             return "a measurement is older than the one before"
         if now - stamp > self.limits.max_age:
             return f"a measurement is {now - stamp:.2g} s old"
+        if stamp - now > self.limits.max_age:  # it would seem fresh for so long after the last one
+            return f"a measurement is {stamp - now:.2g} s ahead of the clock"
         if self._positions is not None and np.isfinite(self._stamp):
             reach = _JUMP + 1.5 * self.limits.velocity * (stamp - self._stamp)
             moved = np.abs(positions - self._positions)
