@@ -132,8 +132,8 @@ def test_the_topic_observation_separates_episodes_and_reports_terms(motion: Moti
     messages = [
         joint_state(
             0.1 + k * STEP,
-            ["episode", "success", *(f"goal/{i}" for i in range(3))],
-            [k // 20, k == 19, 0.4, 0.0, 0.5],
+            ["episode", "success", *(f"goal/{i}" for i in (2, 0, 1))],
+            [k // 20, k == 19, 0.5, 0.4, 0.0],
             "/robot/observation",
         )
         for k in range(STEPS + 1)

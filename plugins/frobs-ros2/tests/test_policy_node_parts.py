@@ -119,6 +119,20 @@ def test_commands_equal_those_of_controllers_with_laws(id: str, kwargs: dict[str
 def test_other_terms_come_by_name() -> None:
     named = named_arrays(["episode", "cube/0", "cube/1", "success"], [3.0, 1.0, 2.0])
     assert {name: value.tolist() for name, value in named.items()} == {"episode": [3.0], "cube": [1.0, 2.0]}
+    names = sorted(f"pose/{i}" for i in range(12))  # 0, 1, 10, 11, 2, …
+    named = named_arrays(names, [float(name.partition("/")[2]) for name in names])
+    assert named["pose"].tolist() == list(range(12))
+
+
+def test_term_of_another_size_is_missing() -> None:
+    bundle = read_bundle(pretrained_path("frobs/PandaPush-v0"))
+    observer = Observer(Policy(bundle).manifest, bundle.manifest["robot"]["tcp"], None)
+    named = {name: np.zeros(width) for name, width in observer.widths.items()}
+    observer.read(Inputs(named=named))
+    name = next(name for name, width in observer.widths.items() if width > 1)
+    named[name] = np.ones(1)
+    with pytest.raises(KeyError, match=name):
+        observer.read(Inputs(named=named))
 
 
 @pytest.mark.parametrize("id", ["frobs/Ur5PickAndPlace-v0", "frobs/PandaPush-v0", "frobs/KobukiMaze-v0"])

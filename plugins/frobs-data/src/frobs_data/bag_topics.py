@@ -179,13 +179,20 @@ def _joints(message: Any, joint_names: Sequence[str]) -> Floats | None:
 
 
 def _named(message: Any) -> dict[str, Floats]:
-    """Return numbers that are named ``"term/0"``, ``"term/1"``, … as one array per term."""
+    """Return numbers that are named ``"term/0"``, ``"term/1"``, … in any order as one array per term."""
     if len(message.name) != len(message.position):
         raise ValueError(f"it has {len(message.name)} names and {len(message.position)} positions")
     parts: dict[str, list[float]] = {}
-    for name, value in zip(message.name, _finite(message.position).tolist(), strict=True):
+    rows = zip(message.name, _finite(message.position).tolist(), strict=True)
+    for name, value in sorted(rows, key=lambda row: _number(row[0])):
         parts.setdefault(name.partition("/")[0], []).append(value)
     return {name: np.array(part) for name, part in parts.items()}
+
+
+def _number(name: str) -> int:
+    """Return the number of an element from its name, such as 3 for ``"term/3"``."""
+    number = name.rpartition("/")[2]
+    return int(number) if number.isdecimal() else 0
 
 
 def _trajectory(message: Any, arm: Sequence[str], joint_names: Sequence[str]) -> tuple[list[int], Floats, Floats]:

@@ -44,11 +44,17 @@ class Inputs:
 
 
 def named_arrays(names: Sequence[str], values: Sequence[float]) -> dict[str, Array]:
-    """Return numbers that are named ``"term/0"``, ``"term/1"``, … as one array per term."""
+    """Return numbers that are named ``"term/0"``, ``"term/1"``, … in any order as one array per term."""
     parts: dict[str, list[float]] = {}
-    for name, value in zip(names, values, strict=False):
+    for name, value in sorted(zip(names, values, strict=False), key=lambda pair: _number(pair[0])):
         parts.setdefault(name.partition("/")[0], []).append(value)
     return {name: np.array(part, float) for name, part in parts.items()}
+
+
+def _number(name: str) -> int:
+    """Return the number of an element from its name, such as 3 for ``"term/3"``."""
+    number = name.rpartition("/")[2]
+    return int(number) if number.isdecimal() else 0
 
 
 class Observer:
@@ -98,7 +104,7 @@ class Observer:
         """Return the observation.
 
         Raises:
-            KeyError: The topics do not contain a term.
+            KeyError: The topics do not contain a term, or another number of its elements.
         """
         terms = self._terms(inputs)
         values = {name: self._value(name, inputs, terms) for name in self.widths}
@@ -131,5 +137,7 @@ class Observer:
         return terms
 
     def _value(self, name: str, inputs: Inputs, terms: Mapping[str, Array]) -> Array:
-        value = terms.get(name)
-        return value if value is not None and value.shape == (self.widths[name],) else inputs.named[name]
+        for value in (terms.get(name), inputs.named.get(name)):
+            if value is not None and value.shape == (self.widths[name],):
+                return value
+        raise KeyError(name)
