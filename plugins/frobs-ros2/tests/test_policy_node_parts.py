@@ -169,7 +169,7 @@ def test_bundle_whose_controllers_cannot_be_converted_is_named() -> None:
     other = {**bundle.manifest, "controller": {"name": "tcp_impedance"}}
     (problem,) = bundle_problems(replace(bundle, manifest=other), (), "forward")
     assert "tcp_impedance" in problem
-    assert "--simulator ros2" in problem
+    assert "frobs evaluate ID --policy FILE --simulator ros2" in problem
 
 
 JOINT = '<joint name="{0}" type="fixed"><parent link="{1}"/><child link="{2}"/></joint>'

@@ -35,7 +35,7 @@ def bundle_problems(bundle: Bundle, laws: Sequence[Mapping[str, Any]], interface
         supported = ", ".join(CONTROLLERS)
         yield (
             f"the controller '{name}' is not supported by this node, which supports {supported}; use the policy with "
-            "the simulator 'ros2' instead, for example: frobs play ID --policy FILE --simulator ros2"
+            "the simulator 'ros2' instead, for example: frobs evaluate ID --policy FILE --simulator ros2"
         )
         return
     if name in ("differential_drive", *TOOLS) and name not in kinds:
