@@ -20,6 +20,7 @@ from frobs_ros2.errors import SettingsError
 from frobs_ros2.policy_node.actions import Actions
 from frobs_ros2.policy_node.checks import bundle_problems
 from frobs_ros2.policy_node.kinematics import Kinematics
+from frobs_ros2.policy_node.node import PolicyNode, Settings
 from frobs_ros2.policy_node.observation import Inputs, Observer, named_arrays
 from frobs_ros2.serve.measurements import robot_description, transforms
 from frobs_ros2.serve.trajectory import Trajectory
@@ -133,6 +134,26 @@ def test_term_of_another_size_is_missing() -> None:
     named[name] = np.ones(1)
     with pytest.raises(KeyError, match=name):
         observer.read(Inputs(named=named))
+
+
+def test_joint_states_of_another_node_are_not_taken_for_those_of_the_robot() -> None:
+    node: Any = object.__new__(PolicyNode)  # without topics
+    node.policy = SimpleNamespace(manifest=SimpleNamespace(joint_names=("a", "b")))
+    node._inputs, node._stamps, node._other_names, node._fresh = Inputs(), [], [], False
+
+    def publish(names: list[str], seconds: int) -> bool:
+        header = SimpleNamespace(stamp=SimpleNamespace(sec=seconds, nanosec=0))
+        positions = [float(seconds)] * len(names)
+        node._fresh = False
+        node._on_joints(SimpleNamespace(header=header, name=names, position=positions, velocity=[], effort=[]))
+        return bool(node._fresh)
+
+    assert publish(["b", "a"], 1)
+    assert not publish(["finger"], 2)
+    assert node._inputs.stamp == 1.0
+    assert node._stamps == [1.0]
+    assert publish(["a", "b", "finger"], 3)
+    assert node._inputs.joint_positions.tolist() == [3.0, 3.0]
 
 
 @pytest.mark.parametrize("id", ["frobs/Ur5PickAndPlace-v0", "frobs/PandaPush-v0", "frobs/KobukiMaze-v0"])

@@ -117,7 +117,7 @@ class PolicyNode:
             raise SettingsError(f"interface is '{settings.interface}'; it must be forward or trajectory.")
         self._timestep = float(manifest.control_timestep or 0.0)
         self._inputs = Inputs(goal=None if settings.goal is None else np.array(settings.goal, float))
-        self._joint_names: list[str] = []
+        self._other_names: list[str] = []
         self._fresh, self._arrived = False, -np.inf
         self._stamps: deque[float] = deque(maxlen=_RATE_MESSAGES)
         self._urdf = ""
@@ -264,16 +264,16 @@ class PolicyNode:
             node.subscribe("sensor_msgs/msg/Image", topic, partial(self._on_image, key))
 
     def _on_joints(self, message: Any) -> None:
+        inputs, rows = self._inputs, joints_of(message, self.policy.manifest.joint_names)
+        if rows is None:  # of another node, such as that of a gripper that the policy does not use
+            self._other_names = list(message.name)
+            return
         stamp = seconds_of(message.header.stamp)
-        if not self._joint_names:
-            self._joint_names = list(message.name)
-        if stamp != self._inputs.stamp:  # a stopped clock is noticed because nothing arrives
+        if stamp != inputs.stamp:  # a stopped clock is noticed because nothing arrives
             self._arrived, self._fresh = time.perf_counter(), True
             self._stamps.append(stamp)
-        inputs, rows = self._inputs, joints_of(message, self.policy.manifest.joint_names)
-        if rows is not None:
-            inputs.stamp = stamp
-            inputs.joint_positions, inputs.joint_velocities, inputs.joint_efforts = rows
+        inputs.stamp = stamp
+        inputs.joint_positions, inputs.joint_velocities, inputs.joint_efforts = rows
 
     def _on_numbers(self, message: Any) -> None:
         self._inputs.named = named_arrays(message.name, message.position)
@@ -302,13 +302,13 @@ class PolicyNode:
 
     def _await_robot(self) -> tuple[Kinematics | None, Observer]:
         settings, node, manifest = self._settings, self._node, self.policy.manifest
-        if not node.spin_until(lambda: bool(self._joint_names), settings.peer_timeout):
+        if not node.spin_until(lambda: bool(self._stamps or self._other_names), settings.peer_timeout):
             reach = variables()
             domain = reach.pop("ROS_DOMAIN_ID", "0")
             texts = ", ".join(f"{name}={value}" for name, value in reach.items())
             topic = node.node.resolve_topic_name("joint_states")
             raise NoPeerError(topic, settings.peer_timeout, domain, texts)
-        node.spin_until(lambda: bool(self._urdf), 2.0)
+        node.spin_until(lambda: bool(self._urdf and self._stamps), 2.0)
         tcp = str(self._bundle.manifest["robot"]["tcp"])
         kinematics = Kinematics(self._urdf, manifest.joint_names) if self._urdf else None
         observer = Observer(manifest, tcp, kinematics)
@@ -320,9 +320,10 @@ class PolicyNode:
         rate = None
         if not settings.lockstep:
             node.spin_until(lambda: len(self._stamps) == _RATE_MESSAGES, 2.0)
-            spent = self._stamps[-1] - self._stamps[0]
-            rate = (len(self._stamps) - 1) / spent if spent > 0.0 else 0.0
-        names = self._joint_names
+            if self._stamps:
+                spent = self._stamps[-1] - self._stamps[0]
+                rate = (len(self._stamps) - 1) / spent if spent > 0.0 else 0.0
+        names = manifest.joint_names if self._stamps else self._other_names
         problems = list(robot_problems(self._bundle, manifest, names, kinematics, observer, self._inputs, rate))
         problem = clock_problem(self._now() - self._inputs.stamp, "--param use_sim_time:=true")
         if names and problem:
