@@ -156,6 +156,16 @@ def test_joint_states_of_another_node_are_not_taken_for_those_of_the_robot() -> 
     assert node._inputs.joint_positions.tolist() == [3.0, 3.0]
 
 
+@pytest.mark.parametrize(("drives", "mode"), [(True, "velocity"), (False, "effort")])
+def test_workspace_that_cannot_be_kept_is_an_error(drives: bool, mode: str) -> None:
+    node: Any = object.__new__(PolicyNode)
+    node.kinematics, node._bundle = None, read_bundle(pretrained_path("frobs/Irb120Reach-v0"))
+    node._settings = Settings(bundle=Path(), workspace=[0.0, 0.0, 0.0, 1.0, 1.0, 1.0])
+    node._drives, node._actions = drives, SimpleNamespace(mode=mode)
+    with pytest.raises(SettingsError, match="workspace: the commands of this policy"):
+        node._tool()
+
+
 @pytest.mark.parametrize("id", ["frobs/Ur5PickAndPlace-v0", "frobs/PandaPush-v0", "frobs/KobukiMaze-v0"])
 def test_transforms_lead_from_the_world_to_each_link(id: str) -> None:
     from frobs_core.util.rotations import quat_multiply, quat_rotate

@@ -8,7 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from frobs_core.contracts import CommandMode, MeasuredRobot
+from frobs_core.description import Placement
+from frobs_core.plugins import get_record
+from frobs_core.util.errors import ParameterValueError
 from frobs_ros2.errors import SettingsError
+from frobs_ros2.guard import safety_filter
 from frobs_ros2.ros import joints_of
 from frobs_ros2.safety import RULES, Limits, SafetyFilter
 
@@ -211,6 +216,39 @@ def test_joint_states_of_a_wrong_size_are_not_numbers(position: Any, velocity: A
 def test_workspace_needs_a_lower_and_an_upper_corner() -> None:
     with pytest.raises(SettingsError, match="lower corner"):
         safe(workspace=np.array([[0.0, 0.0, 1.0], [1.0, 1.0, 0.0]]))
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"acceleration": -1.0}, "acceleration is -1; it must be a finite number above 0"),
+        ({"acceleration": np.nan}, "acceleration is nan"),
+        ({"slow_start": np.nan}, "slow_start is nan"),
+        ({"max_age": np.nan}, "max_age is nan"),
+    ],
+)
+def test_limits_that_would_not_limit_are_an_error(settings: dict[str, float], message: str) -> None:
+    with pytest.raises(SettingsError, match=message):
+        safe(**settings)
+
+
+@pytest.mark.parametrize(
+    ("mode", "settings", "message"),
+    [
+        (CommandMode.EFFORT, {"workspace": [[0.0] * 3, [1.0] * 3]}, "an effort does not say where the tool moves"),
+        (CommandMode.POSITION, {"workspace": [[0.0] * 3]}, "a lower and an upper corner"),
+        (CommandMode.POSITION, {"workspace": 1.0}, "a lower and an upper corner"),
+        (CommandMode.POSITION, {"slow_start": "long"}, "safety: slow_start"),
+    ],
+)
+def test_settings_of_a_simulator_that_cannot_be_used_are_named(
+    mode: CommandMode, settings: dict[str, Any], message: str
+) -> None:
+    robot = get_record("robot", "irb120").load()
+    handle = MeasuredRobot()
+    handle.describe("robot", Placement(robot=robot, model=robot.read_model(), command_mode=mode), 1)
+    with pytest.raises(ParameterValueError, match=message):
+        safety_filter(handle, settings)
 
 
 def test_documentation_has_a_row_for_each_rule() -> None:

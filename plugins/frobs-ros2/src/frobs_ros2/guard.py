@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 from frobs_core.contracts import CommandMode, RobotHandle
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ParameterValueError, check_keys
-from frobs_core.util.validation import number_list, positive
+from frobs_core.util.validation import non_negative, number_list, positive
 from frobs_ros2.safety import Limits, SafetyFilter
 
 _log = logging.getLogger(__name__)
@@ -42,14 +42,19 @@ def safety_filter(handle: RobotHandle, rules: Mapping[str, Any]) -> SafetyFilter
     given = {**SETTINGS, **rules}
     workspace = given["workspace"]
     if workspace is not None:
-        workspace = np.array([number_list("safety: workspace", corner, 3) for corner in workspace])
+        if CommandMode.EFFORT in handle.command_modes:
+            rule = "omitted, because an effort does not say where the tool moves"
+            raise ParameterValueError("safety: workspace", workspace, rule)
+        corners = list(workspace) if isinstance(workspace, Iterable) else []
+        if len(corners) != 2:
+            raise ParameterValueError("safety: workspace", workspace, "a lower and an upper corner [m]")
+        workspace = np.array([number_list("safety: workspace", corner, 3) for corner in corners])
     for name in ("speed", "acceleration", "max_age"):
         if given[name] is not None:
             positive(f"safety: {name}", given[name])
     if given["speed"] > 1.0:
         raise ParameterValueError("safety: speed", given["speed"], "at most 1, the fraction of the velocity limits")
-    if not given["slow_start"] >= 0.0:
-        raise ParameterValueError("safety: slow_start", given["slow_start"], "at least 0 [s]")
+    non_negative("safety: slow_start", given["slow_start"], "s")
     limits = Limits(
         joint_names=handle.joint_names,
         lower=handle.position_lower[0],

@@ -77,11 +77,16 @@ class Limits:
     deadman_age: float = 0.5
 
     def __post_init__(self) -> None:
-        """Check the workspace.
+        """Check the settings.
 
         Raises:
-            SettingsError: The corners of the workspace are swapped.
+            SettingsError: A number is out of range, or the corners of the workspace are swapped.
         """
+        if self.acceleration is not None and not 0.0 < self.acceleration < np.inf:
+            raise SettingsError(f"acceleration is {self.acceleration:g}; it must be a finite number above 0.")
+        for name, value in (("slow_start", self.slow_start), ("max_age", self.max_age)):
+            if not value >= 0.0:
+                raise SettingsError(f"{name} is {value:g}; it must be 0 or more.")
         if self.workspace is not None and not (self.workspace[0] < self.workspace[1]).all():
             raise SettingsError(
                 "workspace: each number of the lower corner must be less than that of the upper corner."

@@ -392,6 +392,10 @@ class PolicyNode:
         kinematics, tcp = self.kinematics, str(self._bundle.manifest["robot"]["tcp"])
         if self._settings.workspace is None:
             return None
+        if self._drives or self._actions.mode == "effort":
+            raise SettingsError(
+                "workspace: the commands of this policy do not say where the tool moves; omit the option."
+            )
         if kinematics is None or not kinematics.has_link(tcp):
             raise NotReadyError(self._bundle.path, [f"the workspace needs a robot_description with the link '{tcp}'"])
         return kinematics.chain(tcp).position
