@@ -1,14 +1,20 @@
 """The simulators ``ros2`` and ``safe``."""
 
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, ClassVar
 
 import gymnasium as gym
 import numpy as np
 import pytest
 from ros2_processes import Start
 
-from frobs_core.util.errors import ConfigurationError
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Body, Placement, Scene
+from frobs_core.models import Box
+from frobs_core.plugins import get_record
+from frobs_core.util.errors import ConfigurationError, ParameterValueError, SimulationError, UnknownParameterError
+from frobs_ros2.simulation import Ros2Simulation
 
 ID = "frobs/Irb120Reach-v0"
 
@@ -49,6 +55,64 @@ def test_images_come_from_topics(ros2: Start) -> None:
     shape, contrast = result["image"]
     assert shape == [1, 48, 64, 3]
     assert contrast > 5.0
+
+
+class NodeWithoutRos:
+    """A node without ROS, because rclpy is not installed everywhere. It delivers one message of each known topic."""
+
+    messages: ClassVar[dict[str, Any]] = {}
+
+    def __init__(self, *arguments: Any) -> None:
+        self.node = SimpleNamespace(get_clock=lambda: SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=10**9)))
+        self.callbacks: dict[str, Any] = {}
+        self.is_open = True
+        nodes.append(self)
+
+    def publisher(self, kind: str, topic: str) -> Any:
+        return SimpleNamespace(get_subscription_count=lambda: 1)
+
+    def subscribe(self, kind: str, topic: str, callback: Any) -> None:
+        self.callbacks[topic] = callback
+
+    def spin(self) -> None:
+        """Deliver nothing."""
+
+    def spin_until(self, condition: Any, seconds: float) -> bool:
+        for topic, message in self.messages.items():
+            self.callbacks[topic](message)
+        return bool(condition())
+
+    def ok(self) -> bool:
+        return self.is_open
+
+    def close(self) -> None:
+        self.is_open = False
+
+
+nodes: list[NodeWithoutRos] = []
+
+
+@pytest.fixture
+def without_ros(monkeypatch: pytest.MonkeyPatch) -> None:
+    nodes.clear()
+    monkeypatch.setattr("frobs_ros2.simulation.Node", NodeWithoutRos)
+
+
+@pytest.mark.parametrize(
+    ("kwargs", "error", "message"),
+    [
+        ({"safety": {"speed": 2.0}}, ParameterValueError, "safety: speed is 2.0"),
+        ({"namespaces": {"robbot": "left"}}, UnknownParameterError, "namespaces.*robbot"),
+        ({"bodies": {"cube": "/cube"}}, UnknownParameterError, "bodies.*cube"),
+    ],
+)
+@pytest.mark.usefixtures("without_ros")
+def test_setting_that_cannot_be_used_is_named_and_the_node_ended(
+    kwargs: dict[str, Any], error: type[Exception], message: str
+) -> None:
+    with pytest.raises(error, match=message):
+        gym.make(f"frobs_core:{ID}", simulator="ros2", simulator_kwargs=kwargs, disable_env_checker=True)
+    assert not any(node.is_open for node in nodes)
 
 
 def test_rules_protect_any_paced_simulation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

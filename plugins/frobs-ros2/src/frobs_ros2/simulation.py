@@ -12,7 +12,7 @@ import numpy as np
 from frobs_core.contracts import CommandMode, MeasuredBody, MeasuredRobot, MeasuredSimulation, Pacer
 from frobs_core.description import Marker, Placement, Scene
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import SimulationError, UnsuitableRobotError
+from frobs_core.util.errors import SimulationError, UnsuitableRobotError, check_keys
 from frobs_core.util.validation import positive
 from frobs_ros2.guard import GuardedRobot, safety_filter
 from frobs_ros2.ros import PEER_TIMEOUT, Node, advice, clock_problem, image_of, joints_of, message_type, seconds_of
@@ -142,8 +142,11 @@ class Ros2Simulation(MeasuredSimulation):
         scene.check(robots, lacking=("contacts", "attachments"))
         self.num_envs, self.physics_timestep = num_envs, physics_timestep
         self.homing = positive("homing_speed", homing_speed), positive("homing_timeout", homing_timeout)
+        check_keys("namespaces", namespaces or {}, robots)
+        check_keys("bodies", bodies or {}, scene.bodies)
         self.place_bodies(scene, bodies or {})
         self._node = Node("frobs_simulation", [], network)
+        self.pacer = Pacer(self._clock, self._sleep)
         try:
             spaces = {name: "" if len(robots) == 1 else f"{name}/" for name in robots}
             spaces |= {
@@ -157,7 +160,6 @@ class Ros2Simulation(MeasuredSimulation):
             self._images: dict[str, np.ndarray[Any, Any]] = {}
             for camera, topic in (cameras or {}).items():
                 self._node.subscribe("sensor_msgs/msg/Image", topic, partial(self._on_image, camera))
-            self.pacer = Pacer(self._clock, self._sleep)
             if not self._node.spin_until(self._is_connected, PEER_TIMEOUT):
                 raise SimulationError(
                     f"within {PEER_TIMEOUT:g} s, no joint_states with all joints arrived, or no "
@@ -210,9 +212,10 @@ class Ros2Simulation(MeasuredSimulation):
 
     def close(self) -> None:
         """Make the robots hold, and end the node."""
-        if self._node.ok():
-            if all(robot.is_measured for robot in self._robots.values()) and self.pacer.time[0] > 0.0:
+        try:
+            if self._node.ok() and self.pacer.time[0] > 0.0 and all(each.is_measured for each in self._robots.values()):
                 self.hold()
+        finally:
             self._node.close()
 
     _robots: Mapping[str, Ros2Robot] = {}
