@@ -115,6 +115,48 @@ def test_setting_that_cannot_be_used_is_named_and_the_node_ended(
     assert not any(node.is_open for node in nodes)
 
 
+def joint_state(position: float = 0.0, seconds: int = 1) -> Any:
+    header, names = SimpleNamespace(stamp=SimpleNamespace(sec=seconds, nanosec=0)), [f"joint_{i}" for i in range(1, 7)]
+    return SimpleNamespace(header=header, name=names, position=[position] * 6, velocity=[], effort=[])
+
+
+def simulation_of(bodies: dict[str, str]) -> Ros2Simulation:
+    robot = get_record("robot", "irb120").load()
+    placement = Placement(robot=robot, model=robot.read_model(), command_mode=CommandMode.POSITION)
+    scene = Scene(bodies={name: Body(geometry=Box((0.1, 0.1, 0.1)), mass=0.1) for name in bodies})
+    return Ros2Simulation({"robot": placement}, scene, num_envs=1, physics_timestep=0.01, bodies=bodies)
+
+
+@pytest.mark.usefixtures("without_ros")
+@pytest.mark.parametrize(
+    ("message", "reason"),
+    [(joint_state(np.nan), "is not finite"), (joint_state(seconds=0), "is 1 s old")],
+    ids=["not finite", "old"],
+)
+def test_no_command_is_computed_from_a_measurement_that_cannot_be_used(
+    monkeypatch: pytest.MonkeyPatch, message: Any, reason: str
+) -> None:
+    monkeypatch.setattr(NodeWithoutRos, "messages", {"joint_states": joint_state(0.5)})
+    simulation = simulation_of({})
+    assert simulation.robots["robot"].joint_positions.tolist() == [[0.5] * 6]
+    monkeypatch.setattr(NodeWithoutRos, "messages", {"joint_states": message})
+    with pytest.raises(SimulationError, match=f"no measurement could be used for 5 s: a measurement .*{reason}"):
+        simulation.reset()
+
+
+@pytest.mark.usefixtures("without_ros")
+def test_body_whose_pose_does_not_arrive_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    joints = joint_state()
+    monkeypatch.setattr(NodeWithoutRos, "messages", {"joint_states": joints})
+    with pytest.raises(SimulationError, match=r"no pose of these bodies arrived: 'box' \(/box_pose\)"):
+        simulation_of({"box": "/box_pose"})
+    pose = SimpleNamespace(
+        position=SimpleNamespace(x=0.4, y=0.1, z=0.0), orientation=SimpleNamespace(w=1.0, x=0.0, y=0.0, z=0.0)
+    )
+    monkeypatch.setattr(NodeWithoutRos, "messages", {"joint_states": joints, "/box_pose": SimpleNamespace(pose=pose)})
+    assert simulation_of({"box": "/box_pose"}).bodies["box"].pose[0][0].tolist() == [0.4, 0.1, 0.0]
+
+
 def test_rules_protect_any_paced_simulation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(Path(__file__).parents[3] / "tests" / "contracts"))
     import paced_plugin

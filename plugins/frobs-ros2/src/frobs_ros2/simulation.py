@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.contracts import CommandMode, MeasuredBody, MeasuredRobot, MeasuredSimulation, Pacer
+from frobs_core.contracts import CommandMode, MeasuredRobot, MeasuredSimulation, Pacer
 from frobs_core.description import Marker, Placement, Scene
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import SimulationError, UnsuitableRobotError, check_keys
@@ -145,6 +145,7 @@ class Ros2Simulation(MeasuredSimulation):
         check_keys("namespaces", namespaces or {}, robots)
         check_keys("bodies", bodies or {}, scene.bodies)
         self.place_bodies(scene, bodies or {})
+        self._missing = dict(bodies or {})
         self._node = Node("frobs_simulation", [], network)
         self.pacer = Pacer(self._clock, self._sleep)
         try:
@@ -156,7 +157,7 @@ class Ros2Simulation(MeasuredSimulation):
                 name: Ros2Robot(name, one, self._node, spaces[name], safety or {}) for name, one in robots.items()
             }
             for name, topic in (bodies or {}).items():
-                self._node.subscribe("geometry_msgs/msg/PoseStamped", topic, partial(_on_pose, self.bodies[name]))
+                self._node.subscribe("geometry_msgs/msg/PoseStamped", topic, partial(self._on_pose, name))
             self._images: dict[str, np.ndarray[Any, Any]] = {}
             for camera, topic in (cameras or {}).items():
                 self._node.subscribe("sensor_msgs/msg/Image", topic, partial(self._on_image, camera))
@@ -167,9 +168,14 @@ class Ros2Simulation(MeasuredSimulation):
                 )
             if use_sim_time or (use_sim_time is None and self._node.node.count_publishers("/clock")):
                 self._node.use_sim_time()
+            if not self._node.spin_until(lambda: not self._missing, PEER_TIMEOUT):
+                topics = ", ".join(f"'{name}' ({topic})" for name, topic in self._missing.items())
+                raise SimulationError(
+                    f"within {PEER_TIMEOUT:g} s, no pose of these bodies arrived: {topics}; check the names of the "
+                    f"topics (PoseStamped); {advice()}."
+                )
             self._node.spin_until(lambda: self._clock() > 0.0, PEER_TIMEOUT)
-            for robot in self._robots.values():
-                robot.read(self._clock(), start=True)
+            self.receive(start=True)
         except BaseException:
             self.close()
             raise
@@ -238,7 +244,10 @@ class Ros2Simulation(MeasuredSimulation):
         """
         self._node.spin()
         if start:
-            self._begin()
+            for robot in self._robots.values():
+                if not self._node.spin_until(partial(self._is_read, robot), _MOST_SILENCE):
+                    raise SimulationError(f"no measurement could be used for {_MOST_SILENCE:g} s: {robot.fault}.")
+            self._last_good = time.monotonic()
             return
         now = self._clock()
         faults = [fault for robot in self._robots.values() if (fault := robot.update(now))]
@@ -248,22 +257,12 @@ class Ros2Simulation(MeasuredSimulation):
             self.hold()
             raise SimulationError(f"no measurement could be used for {_MOST_SILENCE:g} s: {faults[0]}.")
 
-    def _begin(self) -> None:
-        """Wait for a usable measurement of each robot at any position."""
-
-        def are_usable() -> bool:
-            now = self._clock()
-            for robot in self._robots.values():
-                reason = robot.read(now, start=True)
-                robot.fault = clock_problem(robot.rules.age(now), "simulator_kwargs={'use_sim_time': True}") or reason
-            return not any(robot.fault for robot in self._robots.values())
-
-        if not self._node.spin_until(are_usable, _MOST_SILENCE):
-            faults = [robot.fault for robot in self._robots.values() if robot.fault]
-            raise SimulationError(
-                f"no joint state could be used for {_MOST_SILENCE:g} s before an episode: {faults[0]}."
-            )
-        self._last_good = time.monotonic()
+    def _is_read(self, robot: Ros2Robot) -> bool:
+        """Begin with the latest measurement of a robot, and return whether it can be used."""
+        now = self._clock()
+        reason = robot.read(now, start=True)
+        robot.fault = clock_problem(robot.rules.age(now), "simulator_kwargs={'use_sim_time': True}") or reason
+        return not robot.fault
 
     def _clock(self) -> float:
         return 1e-9 * float(self._node.node.get_clock().now().nanoseconds)
@@ -286,7 +285,7 @@ class Ros2Simulation(MeasuredSimulation):
         except ValueError as error:
             raise SimulationError(f"an image of the camera '{camera}' cannot be used: {error}.") from None
 
-
-def _on_pose(body: MeasuredBody, message: Any) -> None:
-    p, q = message.pose.position, message.pose.orientation
-    body.measure(np.array([p.x, p.y, p.z]), np.array([q.w, q.x, q.y, q.z]))
+    def _on_pose(self, name: str, message: Any) -> None:
+        p, q = message.pose.position, message.pose.orientation
+        self.bodies[name].measure(np.array([p.x, p.y, p.z]), np.array([q.w, q.x, q.y, q.z]))
+        self._missing.pop(name, None)
