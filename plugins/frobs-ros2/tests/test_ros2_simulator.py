@@ -184,6 +184,29 @@ def test_rules_protect_any_paced_simulation(tmp_path: Path, monkeypatch: pytest.
         env.close()
 
 
+def test_measurements_that_are_fresh_but_rarer_than_steps_do_not_make_the_robot_hold(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[3] / "tests" / "contracts"))
+    import paced_plugin
+
+    kwargs = {"inner": paced_plugin.RECORD, "safety": {"slow_start": 0.0}}
+    env: Any = gym.make(f"frobs_core:{ID}", simulator="safe", simulator_kwargs=kwargs, disable_env_checker=True)
+    ages = iter([0.02, 0.06, 0.1, 0.02, 0.06, 9.0])
+    age = property(lambda simulation: np.array([next(ages)]))
+    monkeypatch.setattr(paced_plugin.RECORD.load(), "measurement_age", age)
+    try:
+        env.reset(seed=0)
+        rules = env.unwrapped.robot.rules
+        for _ in range(5):
+            env.step(np.zeros(6, np.float32))
+        assert rules.counts["measurement"] == 0
+        env.step(np.zeros(6, np.float32))
+        assert rules.held == "a measurement was repeated"
+    finally:
+        env.close()
+
+
 def test_simulator_that_is_not_paced_is_rejected() -> None:
     with pytest.raises(ConfigurationError, match="not a paced simulator"):
         gym.make(f"frobs_core:{ID}", simulator="safe", simulator_kwargs={"inner": "mujoco"}, disable_env_checker=True)

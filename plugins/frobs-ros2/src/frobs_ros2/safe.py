@@ -14,6 +14,7 @@ from frobs_core.plugins.records import SimulatorRecord
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import ConfigurationError, SimulationError
 from frobs_ros2.guard import GuardedRobot, safety_filter
+from frobs_ros2.safety import REPEATED
 
 _MOST_REFUSALS = 50  # steps in a row without a usable measurement after which a step fails
 
@@ -113,7 +114,7 @@ class SafeSimulation(Simulation):
         """Reset the paced simulation."""
         self._inner.reset(mask)
         for robot in self._robots.values():
-            robot.rules.start(robot.joint_positions[0], 0.0, -1e-9)
+            robot.rules.start(robot.joint_positions[0], 0.0)
             robot.command(robot.holding_command(robot.joint_positions))
 
     def step(self, decimation: int) -> None:
@@ -122,10 +123,13 @@ class SafeSimulation(Simulation):
         Raises:
             SimulationError: There were no usable measurements for many steps.
         """
-        now = float(self._inner.time[0])
+        now, age = float(self._inner.time[0]), float(self.measurement_age[0])
         for robot in self._robots.values():
-            stamp = now - float(self.measurement_age[0])
-            reason = robot.rules.measure(stamp, robot.joint_positions[0], robot.joint_velocities[0], now)
+            reason = REPEATED
+            if age < robot.rules.age(now):  # otherwise, it is the measurement of the step before
+                reason = robot.rules.measure(now - age, robot.joint_positions[0], robot.joint_velocities[0], now)
+            if reason == REPEATED and age <= robot.rules.limits.max_age:
+                reason = ""
             _, values = robot.safe_command(decimation, decimation * self.physics_timestep, now, reason)
             if reason:
                 self._refusals += 1
