@@ -107,3 +107,20 @@ def test_node_says_in_one_line_that_it_sees_no_robot(ros2: Start) -> None:
     node = ros2("frobs", "ros2", "run", ID, "--namespace", "nobody")
     node.result(status=2)
     assert "no node published /nobody/joint_states within 10 s" in "".join(node.errors)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("serve", ID, "--param", "real_time_factor:=2"), "real_time_factor must have a value such as 1.0"),
+        (("serve", ID, "--remap", "bad"), "ROS 2 cannot start with --ros-args -r bad"),
+        (("run", "missing.frobs"), "missing.frobs: the file cannot be read"),
+    ],
+    ids=["parameter", "rule", "file"],
+)
+def test_argument_that_cannot_be_used_is_one_line(ros2: Start, words: tuple[str, ...], message: str) -> None:
+    process = ros2("frobs", "ros2", *words)
+    process.result(status=2)
+    text = "".join(process.errors)
+    assert message in text
+    assert "Traceback" not in text

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_ros2.errors import Ros2MissingError
+from frobs_ros2.errors import Ros2Error, Ros2MissingError, SettingsError
 
 PEER_TIMEOUT = 10.0
 """Time after which a line says that no other node was seen [s]."""
@@ -138,6 +138,10 @@ class Node:
 
     Attributes:
         node: The node of rclpy.
+
+    Raises:
+        Ros2MissingError: rclpy cannot be imported.
+        Ros2Error: rclpy cannot start, for example because of the arguments.
     """
 
     def __init__(
@@ -147,17 +151,33 @@ class Node:
         self._rclpy = find_rclpy()
         self._stopped = False
         self._context = self._rclpy.Context()
-        self._rclpy.init(args=list(arguments), context=self._context)
-        self.node = self._rclpy.create_node(name, context=self._context, start_parameter_services=parameter_services)
+        try:
+            self._rclpy.init(args=list(arguments), context=self._context)
+            self.node = self._rclpy.create_node(
+                name, context=self._context, start_parameter_services=parameter_services
+            )
+        except (RuntimeError, ValueError) as error:
+            if self._context.ok():
+                self._rclpy.shutdown(context=self._context)
+            reason = " ".join(str(error).split()).partition(", at /")[0]
+            given = f" with {' '.join(arguments)}" if arguments else ""
+            raise Ros2Error(f"ROS 2 cannot start{given}: {reason}.") from error
         from rclpy.executors import SingleThreadedExecutor
 
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
 
     def parameter(self, name: str, default: Any) -> Any:
-        """Declare a parameter and return its value."""
+        """Declare a parameter and return its value.
+
+        Raises:
+            SettingsError: The value has another type than the default.
+        """
         if not self.node.has_parameter(name):
-            self.node.declare_parameter(name, default)
+            try:
+                self.node.declare_parameter(name, default)
+            except self._rclpy.exceptions.ParameterException as error:
+                raise SettingsError(f"the parameter {name} must have a value such as {default}: {error}.") from error
         return self.node.get_parameter(name).value
 
     def publisher(self, kind: str, topic: str, *, latched: bool = False, depth: int = 10) -> Any:

@@ -97,7 +97,7 @@ def run(
     from frobs_ros2.ros import ros_arguments
 
     path, laws = Path(bundle), []
-    if not path.is_file():
+    if path.suffix != ".frobs" and not path.is_file():
         path = Path(pretrained_path(bundle))
         laws = _laws(bundle, path)
     settings = Settings(
