@@ -11,7 +11,7 @@ import pytest
 from frobs_core.contracts import CommandMode, MeasuredRobot
 from frobs_core.description import Placement
 from frobs_core.plugins import get_record
-from frobs_core.util.errors import ParameterValueError
+from frobs_core.util.errors import ParameterValueError, UnsuitableRobotError
 from frobs_ros2.errors import SettingsError
 from frobs_ros2.guard import safety_filter
 from frobs_ros2.ros import joints_of
@@ -249,6 +249,15 @@ def test_settings_of_a_simulator_that_cannot_be_used_are_named(
     handle.describe("robot", Placement(robot=robot, model=robot.read_model(), command_mode=mode), 1)
     with pytest.raises(ParameterValueError, match=message):
         safety_filter(handle, settings)
+
+
+def test_joints_with_different_command_modes_are_rejected_before_the_robot_moves() -> None:
+    robot = get_record("robot", "irb120").load()
+    handle = MeasuredRobot()
+    modes = {"joint_1": CommandMode.VELOCITY}
+    handle.describe("robot", Placement(robot=robot, model=robot.read_model(), command_mode=modes), 1)
+    with pytest.raises(UnsuitableRobotError, match="which the safety rules do not support"):
+        safety_filter(handle, {})
 
 
 def test_documentation_has_a_row_for_each_rule() -> None:

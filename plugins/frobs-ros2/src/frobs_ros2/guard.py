@@ -11,7 +11,7 @@ import numpy as np
 
 from frobs_core.contracts import CommandMode, RobotHandle
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import ParameterValueError, check_keys
+from frobs_core.util.errors import ParameterValueError, UnsuitableRobotError, check_keys
 from frobs_core.util.validation import non_negative, number_list, positive
 from frobs_ros2.safety import Limits, SafetyFilter
 
@@ -36,8 +36,13 @@ def safety_filter(handle: RobotHandle, rules: Mapping[str, Any]) -> SafetyFilter
         rules: Settings; see :data:`SETTINGS`.
 
     Raises:
-        ConfigurationError: A setting is unknown or out of range.
+        ConfigurationError: A setting is unknown or out of range, or the joints have different command modes.
     """
+    if len({*handle.command_modes}) > 1:
+        what = (
+            "has joints with different command modes, which the safety rules do not support; choose other controllers."
+        )
+        raise UnsuitableRobotError(handle.robot.name, what)
     check_keys("safety", rules, SETTINGS)
     given = {**SETTINGS, **rules}
     workspace = given["workspace"]
