@@ -120,11 +120,11 @@ def joint_state(position: float = 0.0, seconds: int = 1) -> Any:
     return SimpleNamespace(header=header, name=names, position=[position] * 6, velocity=[], effort=[])
 
 
-def simulation_of(bodies: dict[str, str]) -> Ros2Simulation:
+def simulation_of(bodies: dict[str, str], **kwargs: Any) -> Ros2Simulation:
     robot = get_record("robot", "irb120").load()
     placement = Placement(robot=robot, model=robot.read_model(), command_mode=CommandMode.POSITION)
     scene = Scene(bodies={name: Body(geometry=Box((0.1, 0.1, 0.1)), mass=0.1) for name in bodies})
-    return Ros2Simulation({"robot": placement}, scene, num_envs=1, physics_timestep=0.01, bodies=bodies)
+    return Ros2Simulation({"robot": placement}, scene, num_envs=1, physics_timestep=0.01, bodies=bodies, **kwargs)
 
 
 @pytest.mark.usefixtures("without_ros")
@@ -142,6 +142,16 @@ def test_no_command_is_computed_from_a_measurement_that_cannot_be_used(
     monkeypatch.setattr(NodeWithoutRos, "messages", {"joint_states": message})
     with pytest.raises(SimulationError, match=f"no measurement could be used for 5 s: a measurement .*{reason}"):
         simulation.reset()
+
+
+@pytest.mark.usefixtures("without_ros")
+@pytest.mark.parametrize(("encoding", "reason"), [("32FC1", "is for depth"), ("yuv422", "is not supported")])
+def test_image_without_colors_is_an_error(monkeypatch: pytest.MonkeyPatch, encoding: str, reason: str) -> None:
+    monkeypatch.setattr(NodeWithoutRos, "messages", {"joint_states": joint_state()})
+    simulation_of({}, cameras={"front": "/front"})
+    image = SimpleNamespace(encoding=encoding, height=1, width=1, step=4, data=bytes(4), is_bigendian=0)
+    with pytest.raises(SimulationError, match=f"'{encoding}' {reason}"):
+        nodes[-1].callbacks["/front"](image)
 
 
 @pytest.mark.usefixtures("without_ros")

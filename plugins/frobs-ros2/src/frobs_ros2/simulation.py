@@ -281,9 +281,12 @@ class Ros2Simulation(MeasuredSimulation):
 
     def _on_image(self, camera: str, message: Any) -> None:
         try:
-            self._images[camera] = image_of(message)
+            image = image_of(message)
+            if image.dtype != np.uint8:
+                raise ValueError(f"the encoding '{message.encoding}' is for depth; name a topic with colors")
         except ValueError as error:
             raise SimulationError(f"an image of the camera '{camera}' cannot be used: {error}.") from None
+        self._images[camera] = image
 
     def _on_pose(self, name: str, message: Any) -> None:
         p, q = message.pose.position, message.pose.orientation
