@@ -204,6 +204,7 @@ def test_a_bag_that_does_not_fit_is_one_clear_error(motion: Motion, tmp_path: Pa
     with pytest.raises(DataError, match=text.replace("(", r"\(")) as caught:
         import_bags([bag], REACH, tmp_path / "data")
     assert str(bag) in str(caught.value)
+    assert not (tmp_path / "data").exists()
 
 
 def test_a_rule_for_an_unknown_topic_is_an_error(motion: Motion, tmp_path: Path) -> None:

@@ -120,16 +120,17 @@ def import_bags(
         }
         fps, robot = max(1, round(1.0 / mirror.env.control_timestep)), mirror.robot.robot.name
         sentence = task or mirror.env.task.instruction or environment
-        unreachable = 0
+        followed = []  # all, before anything is written
+        for bag, some in read:
+            report(f"importing {bag.path}")
+            followed.append([_follow(mirror, episode, bag.path) for episode in some])
         with DatasetWriter(out, fps, features, robot, facts) as writer:
-            for bag, some in read:
-                report(f"importing {bag.path}")
-                for episode, clips in zip(some, _read_pictures(bag, names, some, mirror, writer), strict=True):
-                    columns, start, missed = _follow(mirror, episode, bag.path)
-                    unreachable += missed
+            for (bag, some), rows in zip(read, followed, strict=True):
+                pictures = _read_pictures(bag, names, some, mirror, writer)
+                for (columns, start, _), clips in zip(rows, pictures, strict=True):
                     columns = {name: values for name, values in columns.items() if name in features}
                     writer.add({**columns, **clips}, sentence, start)
-    return Imported(dataset=Dataset(out), unreachable=unreachable)
+    return Imported(dataset=Dataset(out), unreachable=sum(missed for rows in followed for _, _, missed in rows))
 
 
 def _follow(mirror: Mirror, episode: BagEpisode, path: Path) -> tuple[dict[str, Any], Mapping[str, Any], int]:
