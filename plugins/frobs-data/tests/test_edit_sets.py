@@ -115,3 +115,11 @@ def test_a_wrong_part_is_an_error(recorded: Path, tmp_path: Path, part: str) -> 
     result = CliRunner().invoke(program(), ["data", "split", str(recorded), "--part", part, "--out", str(tmp_path)])
     assert result.exit_code != 0
     assert isinstance(result.exception, SystemExit | ConfigurationError)
+
+
+def test_parts_with_the_same_name_are_an_error(recorded: Path, tmp_path: Path) -> None:
+    parts = ["--part", "a=0.3", "--part", "a=0.7"]
+    result = CliRunner().invoke(program(), ["data", "split", str(recorded), *parts, "--out", str(tmp_path / "out")])
+    assert result.exit_code == 2
+    assert "each part must have a name of its own" in result.output
+    assert not (tmp_path / "out").exists()

@@ -118,8 +118,11 @@ def split(
     """
     from frobs_data import split as split_dataset
 
+    parts = dict(map(_read_part, part))
+    if len(parts) < len(part):
+        raise CommandLineError("--part", "each part must have a name of its own.")
     with working("splitting"):
-        made = split_dataset(folder, dict(map(_read_part, part)), out)
+        made = split_dataset(folder, parts, out)
     for name, dataset in made.items():
         print_line(f"{out / name}: {len(dataset.episodes):,} episodes, {len(dataset):,} frames")
 
