@@ -74,7 +74,7 @@ class MeasuredRobot(RobotHandle):
         if mode is CommandMode.POSITION:
             reach, measured = fastest * duration, self.joint_positions[0]
             low, high = self.position_lower[0], self.position_upper[0]
-            return np.asarray(np.clip(np.clip(asked, measured - reach, measured + reach), low, high))
+            return np.asarray(np.clip(np.clip(asked, low, high), measured - reach, measured + reach))
         most = fastest if mode is CommandMode.VELOCITY else self.effort_limit[0]
         return np.asarray(np.clip(asked, -most, most))
 

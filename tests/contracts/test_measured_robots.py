@@ -46,3 +46,17 @@ def test_a_robot_that_does_not_come_home_keeps_the_mode_of_its_controller() -> N
             simulation.reset()
         assert robot.command_mode is CommandMode.VELOCITY
         assert not robot._take_commands(1).any()
+
+
+def test_a_robot_beyond_its_limits_returns_slowly() -> None:
+    simulation = StuckArm()
+    robot = simulation.robots["robot"]
+    robot.set_command_mode(CommandMode.POSITION)
+    robot.measured[0] = robot.position_upper + 0.5
+    robot.command(robot.home)
+    np.testing.assert_allclose(
+        robot.limited_command(1, 0.01, 0.5), (robot.position_upper + 0.5 - 0.005 * robot.velocity_limit)[0]
+    )
+    robot.measured[0] = robot.position_upper
+    robot.command(robot.position_upper + 9.0)
+    np.testing.assert_allclose(robot.limited_command(1, 0.01, 0.5), robot.position_upper[0])
