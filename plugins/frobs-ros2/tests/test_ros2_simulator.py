@@ -63,7 +63,8 @@ class NodeWithoutRos:
     messages: ClassVar[dict[str, Any]] = {}
 
     def __init__(self, *arguments: Any) -> None:
-        self.node = SimpleNamespace(get_clock=lambda: SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=10**9)))
+        now = SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=10**9))
+        self.node = SimpleNamespace(get_clock=lambda: now, count_publishers=lambda topic: 0)
         self.callbacks: dict[str, Any] = {}
         self.is_open = True
         nodes.append(self)

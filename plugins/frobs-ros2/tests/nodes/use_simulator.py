@@ -14,15 +14,12 @@ kwargs = {"safety": {"slow_start": 0.1, "max_age": 5.0}, "homing_speed": 2.0}
 kwargs |= {"cameras": {"overview": "/overview/image_raw"}}
 if "--wall-clock" in sys.argv:
     kwargs["use_sim_time"] = False
-env = gym.make(f"frobs_core:{ID}", simulator="ros2", simulator_kwargs=kwargs, disable_env_checker=True)
+try:
+    env = gym.make(f"frobs_core:{ID}", simulator="ros2", simulator_kwargs=kwargs, disable_env_checker=True)
+except SimulationError as error:
+    print(json.dumps({"error": str(error)}))
+    sys.exit()
 policy = load_policy("pretrained", env.unwrapped)
-if "--wall-clock" in sys.argv:
-    try:
-        env.reset(seed=0)
-    except SimulationError as error:
-        print(json.dumps({"error": str(error)}))
-        env.close()
-        sys.exit()
 successes, errors, info = 0.0, [], {}
 for seed in range(2):
     observation, _ = env.reset(seed=seed)
