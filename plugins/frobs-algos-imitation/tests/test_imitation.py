@@ -116,6 +116,13 @@ def test_dagger_labels_with_the_expert_and_acts_as_the_learner(tmp_path: Path) -
     assert np.abs(samples.labels.numpy()).max() <= 1.0
 
 
+def test_a_round_of_episodes_without_end_is_cut_off(tmp_path: Path) -> None:
+    run = train(small_config("dagger", "environment_kwargs.max_episode_steps=100000"), tmp_path / "run")
+    samples = Samples.read(run.newest_checkpoint()[0].path / "algorithm" / "samples")
+    assert len(samples.parts) == 1
+    assert len(samples) == STEPS["dagger"]
+
+
 def test_behavior_cloning_imitates(tmp_path: Path) -> None:
     algorithm = untrained(BC, VECTOR, {"net_arch": [64, 64], "learning_rate": 0.01}, seed=0)  # type: ignore[arg-type]
     data = shown(VECTOR)

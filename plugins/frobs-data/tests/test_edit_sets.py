@@ -50,6 +50,15 @@ def test_sets_that_differ_are_not_merged(recorded: Path, tmp_path: Path) -> None
         merge([recorded], other)
 
 
+def test_a_damaged_source_leaves_nothing_behind(recorded: Path, copied: Path, tmp_path: Path) -> None:
+    data = next((copied / "data").rglob("*.parquet"))
+    data.write_bytes(data.read_bytes()[:100])
+    with pytest.raises(DataError):
+        merge([recorded, copied], tmp_path / "merged")
+    assert not (tmp_path / "merged").exists()
+    merge([recorded], tmp_path / "merged")
+
+
 def test_splitting_takes_fractions_or_episodes(recorded: Path, tmp_path: Path) -> None:
     split(recorded, {"a": 0.67, "b": 0.33}, tmp_path / "fractions")
     assert_equal(tmp_path / "fractions/a", [0, 1])

@@ -156,6 +156,21 @@ def test_joint_states_of_another_node_are_not_taken_for_those_of_the_robot() -> 
     assert node._inputs.joint_positions.tolist() == [3.0, 3.0]
 
 
+def test_inputs_that_fall_silent_are_named() -> None:
+    node: Any = object.__new__(PolicyNode)
+    node._settings, node._inputs = Settings(bundle=Path()), Inputs()
+    node._watched, node._heard = ["wrist/image_raw", "observation"], {}
+    image = SimpleNamespace(encoding="rgb8", height=1, width=1, step=3, data=bytes(3), is_bigendian=0)
+    stamp = SimpleNamespace(stamp=SimpleNamespace(sec=1, nanosec=0))
+    assert node._silent() == "wrist/image_raw"
+    node._on_image("wrist", image)
+    assert node._silent() == "observation"
+    node._on_numbers(SimpleNamespace(header=stamp, name=["cube/0"], position=[0.5]))
+    assert node._silent() == ""
+    node._heard["wrist/image_raw"] -= 2.0
+    assert node._silent() == "wrist/image_raw"
+
+
 @pytest.mark.parametrize(("drives", "mode"), [(True, "velocity"), (False, "effort")])
 def test_workspace_that_cannot_be_kept_is_an_error(drives: bool, mode: str) -> None:
     node: Any = object.__new__(PolicyNode)

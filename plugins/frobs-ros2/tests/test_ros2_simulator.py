@@ -165,7 +165,24 @@ def test_body_whose_pose_does_not_arrive_is_named(monkeypatch: pytest.MonkeyPatc
         position=SimpleNamespace(x=0.4, y=0.1, z=0.0), orientation=SimpleNamespace(w=1.0, x=0.0, y=0.0, z=0.0)
     )
     monkeypatch.setattr(NodeWithoutRos, "messages", {"joint_states": joints, "/box_pose": SimpleNamespace(pose=pose)})
-    assert simulation_of({"box": "/box_pose"}).bodies["box"].pose[0][0].tolist() == [0.4, 0.1, 0.0]
+    simulation: Any = simulation_of({"box": "/box_pose"})
+    assert simulation.bodies["box"].pose[0][0].tolist() == [0.4, 0.1, 0.0]
+    simulation._heard["box"] -= 6.0
+    simulation.hold = lambda: None  # without ROS, there are no messages
+    with pytest.raises(SimulationError, match=r"for 5 s, no pose of these bodies arrived: 'box' \(/box_pose\)"):
+        simulation.receive()
+
+
+@pytest.mark.usefixtures("without_ros")
+def test_camera_that_falls_silent_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    image = SimpleNamespace(encoding="rgb8", height=1, width=1, step=3, data=bytes(3), is_bigendian=0)
+    monkeypatch.setattr(NodeWithoutRos, "messages", {"joint_states": joint_state(), "/front": image})
+    simulation: Any = simulation_of({}, cameras={"front": "/front"})
+    assert simulation.render(camera="front", size=(2, 2)).shape == (1, 2, 2, 3)
+    monkeypatch.setattr(NodeWithoutRos, "messages", {})
+    simulation._heard["images of front"] -= 6.0
+    with pytest.raises(SimulationError, match="the images of the camera 'front' no longer arrive"):
+        simulation.render(camera="front", size=(2, 2))
 
 
 def test_rules_protect_any_paced_simulation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -73,7 +73,7 @@ class Dagger(ImitationAlgorithm):
             while self.steps < steps:
                 first = self.samples is None
                 share = 1.0 if first else self._config.expert_share * max(0.0, 1.0 - self.steps / steps)
-                collected, taken = self._play(expert, share)
+                collected, taken = self._play(expert, share, steps)
                 self.samples = collected if self.samples is None else self.samples + collected
                 self.steps += taken
                 if first:
@@ -93,17 +93,18 @@ class Dagger(ImitationAlgorithm):
         losses = [self._update(index / updates) for index in range(updates)]
         return float(np.mean(losses[-max(1, updates // 10) :]))
 
-    def _play(self, expert: Policy, share: float) -> tuple[Samples, int]:
+    def _play(self, expert: Policy, share: float, most: int) -> tuple[Samples, int]:
         """Play at least one episode in every environment; return the labeled samples and the number of steps.
 
-        The expert acts in a ``share`` of the steps, which are chosen at random.
+        The expert acts in a ``share`` of the steps, which are chosen at random. After ``most`` steps, episodes that
+        have not ended are cut off.
         """
         env, space = self._require_env(), self.action_space
         seen, _ = env.reset()
         start, ended = np.ones(env.num_envs, np.bool_), np.zeros(env.num_envs, np.bool_)
         state: tuple[np.ndarray[Any, Any], ...] | None = None
         steps: list[tuple[Any, ...]] = []
-        while not ended.all():
+        while not ended.all() and len(steps) * env.num_envs < most:
             label = clipped(expert.act(seen, start), space)
             action = label
             if share < 1.0:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shutil
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import accumulate, groupby, product
@@ -96,9 +97,12 @@ def _assemble(sources: Sequence[tuple[Dataset, Sequence[int]]], out: Path) -> Da
         joiner.commit()
         write_summary(out, info, tasks, merge_stats(np.concatenate(joiner.stats)) if joiner.episodes else None)
         (out / PARTIAL).rmdir()
-    except OSError as error:
-        reason = f"the data set cannot be written: {error.strerror or error}; free space and try again."
-        raise DataError(out, reason) from error
+    except BaseException as error:  # half a data set would look like a data set, and block the next try
+        shutil.rmtree(out, ignore_errors=True)
+        if isinstance(error, OSError):
+            reason = f"the data set cannot be written: {error.strerror or error}; free space and try again."
+            raise DataError(out, reason) from error
+        raise
     return Dataset(out)
 
 

@@ -145,7 +145,7 @@ class Ros2Simulation(MeasuredSimulation):
         check_keys("namespaces", namespaces or {}, robots)
         check_keys("bodies", bodies or {}, scene.bodies)
         self.place_bodies(scene, bodies or {})
-        self._missing = dict(bodies or {})
+        self._topics, self._heard = dict(bodies or {}), dict[str, float]()  # when poses and images arrived
         self._node = Node("frobs_simulation", [], network)
         self.pacer = Pacer(self._clock, self._sleep)
         try:
@@ -168,11 +168,10 @@ class Ros2Simulation(MeasuredSimulation):
                 )
             if use_sim_time or (use_sim_time is None and self._node.node.count_publishers("/clock")):
                 self._node.use_sim_time()
-            if not self._node.spin_until(lambda: not self._missing, PEER_TIMEOUT):
-                topics = ", ".join(f"'{name}' ({topic})" for name, topic in self._missing.items())
+            if not self._node.spin_until(lambda: not self._silent_bodies(), PEER_TIMEOUT):
                 raise SimulationError(
-                    f"within {PEER_TIMEOUT:g} s, no pose of these bodies arrived: {topics}; check the names of the "
-                    f"topics (PoseStamped); {advice()}."
+                    f"within {PEER_TIMEOUT:g} s, no pose of these bodies arrived: {self._silent_bodies()}; check the "
+                    f"names of the topics (PoseStamped); {advice()}."
                 )
             self._node.spin_until(lambda: self._clock() > 0.0, PEER_TIMEOUT)
             self.receive(start=True)
@@ -206,7 +205,9 @@ class Ros2Simulation(MeasuredSimulation):
             SimulationError: No image has arrived.
         """
         name = camera if camera is not None else next(iter(self._images), "")
-        if not self._node.spin_until(lambda: name in self._images, PEER_TIMEOUT):
+        if not self._node.spin_until(lambda: self._is_heard(f"images of {name}"), PEER_TIMEOUT):
+            if name in self._images:
+                raise SimulationError(f"the images of the camera '{name}' no longer arrive.")
             raise SimulationError(
                 f"no image of the camera '{name}' arrived; name its topic: simulator_kwargs={{'cameras': "
                 f"{{'{name}': '/{name}/image_raw'}}}}."
@@ -251,6 +252,9 @@ class Ros2Simulation(MeasuredSimulation):
             return
         now = self._clock()
         faults = [fault for robot in self._robots.values() if (fault := robot.update(now))]
+        if silent := self._silent_bodies():
+            self.hold()
+            raise SimulationError(f"for {_MOST_SILENCE:g} s, no pose of these bodies arrived: {silent}.")
         if not faults:
             self._last_good = time.monotonic()
         elif time.monotonic() - self._last_good > _MOST_SILENCE:
@@ -286,9 +290,16 @@ class Ros2Simulation(MeasuredSimulation):
                 raise ValueError(f"the encoding '{message.encoding}' is for depth; name a topic with colors")
         except ValueError as error:
             raise SimulationError(f"an image of the camera '{camera}' cannot be used: {error}.") from None
-        self._images[camera] = image
+        self._images[camera], self._heard[f"images of {camera}"] = image, time.monotonic()
+
+    def _is_heard(self, name: str) -> bool:
+        return time.monotonic() - self._heard.get(name, -np.inf) <= _MOST_SILENCE
+
+    def _silent_bodies(self) -> str:
+        """Return the bodies whose poses do not arrive, with their topics."""
+        return ", ".join(f"'{name}' ({topic})" for name, topic in self._topics.items() if not self._is_heard(name))
 
     def _on_pose(self, name: str, message: Any) -> None:
         p, q = message.pose.position, message.pose.orientation
         self.bodies[name].measure(np.array([p.x, p.y, p.z]), np.array([q.w, q.x, q.y, q.z]))
-        self._missing.pop(name, None)
+        self._heard[name] = time.monotonic()

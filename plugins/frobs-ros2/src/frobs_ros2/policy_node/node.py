@@ -24,6 +24,7 @@ from frobs_ros2.safety import Array, Limits, SafetyFilter
 
 _ON_TIME = 1e-6  # [s] rounding of stamps
 _RATE_MESSAGES = 20  # joint states over which their rate is measured
+_MOST_SILENCE = 1.0  # [s] age of images and numbers above which the robot holds
 _ONE_PER_STEP = 1.5  # joint states per control step below which each of them leads to a command
 
 
@@ -119,6 +120,7 @@ class PolicyNode:
         self._inputs = Inputs(goal=None if settings.goal is None else np.array(settings.goal, float))
         self._other_names: list[str] = []
         self._fresh, self._arrived = False, -np.inf
+        self._heard: dict[str, float] = {}  # when images and the topic observation arrived
         self._stamps: deque[float] = deque(maxlen=_RATE_MESSAGES)
         self._urdf = ""
         self._early = _ON_TIME
@@ -126,6 +128,8 @@ class PolicyNode:
         self._deadman = (False, -np.inf)
         self._subscribe()
         self.kinematics, self._observer = self._await_robot()
+        self._watched = [f"{key}/image_raw" for key in manifest.images]
+        self._watched += ["observation"] if self._observer.others() else []
         self._limits = self._joint_limits()
         self._actions = self._connect_actions(controller)
         self._drives = controller["name"] == "differential_drive"
@@ -166,6 +170,9 @@ class PolicyNode:
                     self._hold(reason, now)
                     continue
                 if inputs.stamp < due - self._early:
+                    continue
+                if silent := self._silent():
+                    self._hold(f"nothing new on {silent} for {_MOST_SILENCE:g} s", now)
                     continue
                 self._act(positions, now)
                 late = inputs.stamp - due
@@ -217,6 +224,13 @@ class PolicyNode:
         watched = self.report.episodes and not self._settings.lockstep and not self._filter.held
         if watched and silent > self._settings.max_age:
             self._hold(f"no new joint state for {self._settings.max_age:g} s", self._now())
+
+    def _silent(self) -> str:
+        """Return the topic of an input that no longer arrives, or an empty text."""
+        if self._settings.lockstep:
+            return ""
+        oldest = time.perf_counter() - _MOST_SILENCE
+        return next((name for name in self._watched if self._heard.get(name, -np.inf) < oldest), "")
 
     def _send(self, command: Array) -> None:
         if self._settings.dry_run:
@@ -278,6 +292,7 @@ class PolicyNode:
     def _on_numbers(self, message: Any) -> None:
         self._inputs.named = named_arrays(message.name, message.position)
         self._inputs.named_stamp = seconds_of(message.header.stamp)
+        self._heard["observation"] = time.perf_counter()
 
     def _on_goal(self, message: Any) -> None:
         self._inputs.goal = np.array([message.point.x, message.point.y, message.point.z])
@@ -295,6 +310,7 @@ class PolicyNode:
     def _on_image(self, key: str, message: Any) -> None:
         try:
             self._inputs.images[key] = image_of(message)
+            self._heard[f"{key}/image_raw"] = time.perf_counter()
         except ValueError as error:
             self._node.log(f"an image is not used: {error}")
 
