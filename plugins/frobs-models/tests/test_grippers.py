@@ -193,6 +193,16 @@ def test_gravity_bends_no_joint_noticeably(tmp_path: Path) -> None:
         assert min(weight, 6.0) / described.gains.of(name)[0] < 0.05, name  # no stiffness makes up for weak drives
 
 
+@pytest.mark.parametrize("name", ["../../../r", "left/r", "r" * 300])
+def test_the_name_of_a_robot_does_not_choose_the_folder(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "r.urdf"
+    path.write_text(robot(arm(), two_fingers()))
+    usual = find_reader(path).with_gripper(Robot(model=str(path), name="r")).model
+    path.write_text(path.read_text().replace('name="r"', f'name="{name}"'))
+    described = find_reader(path).with_gripper(Robot(model=str(path), name="r"))
+    assert Path(described.model).parent == Path(usual).parent
+
+
 def test_a_home_in_the_floor_is_replaced(tmp_path: Path) -> None:
     def described(**home: float) -> tuple[Robot, float]:
         found = find_reader(path).with_gripper(Robot(model=str(path), name="r", home=home))

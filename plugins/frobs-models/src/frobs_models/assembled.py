@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from pathlib import Path
 
 from frobs_core.util.files import cache_folder, write_aside, write_text
 from frobs_models.meshes.mesh import MeshPart, write_stl
 
 _FOLDER = "assembled"
+_LONGEST = 50  # number of characters of a title in a file name
 
 
 def write_model(title: str, text: str) -> Path:
-    """Write the text of a model file and return its path."""
-    path = cache_folder(_FOLDER) / f"{title}-{_digest(text.encode())}.urdf"
+    """Write the text of a model file and return its path. The title, which comes from a file, may be any text."""
+    name = re.sub(r"[^\w.-]+", "_", title)[:_LONGEST]
+    path = cache_folder(_FOLDER) / f"{name}-{_digest(text.encode())}.urdf"
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
         write_text(path, text)
