@@ -91,6 +91,11 @@ BAD = {
     "unknown link": ("gripper: {palm: plam}\n", "no link of 'r' is named 'plam'. Did you mean 'palm'"),
     "joint of the arm": ("gripper: {joints: [left], open: {j1: 0.0}}\n", "j1"),
     "outside its limits": ("gripper: {joints: [left], open: {left: 0.05}}\n", r"inside its limits \[0, 0\.04\]"),
+    "no motion": (
+        "gripper: {joints: [left], open: {left: 0.04}, closed: {left: 0.04}}\n",
+        r"gripper\.open\.left is 0\.04; it must be another position than that in gripper\.closed",
+    ),
+    "lever of the arm": ("gripper: {levers: {j1: 1.0}}\n", "no finger joint of 'r' is named 'j1'"),
     "no stroke": ("gripper: {joints: [left], gap: [0.02, 0.02]}\n", "a wider open gap"),
     "not behind the palm": ("gripper: {joints: [j1], palm: palm}\n", "joints behind the palm 'wrist'"),
 }
@@ -157,6 +162,27 @@ def test_a_gripper_is_attached_by_name_or_file(tmp_path: Path) -> None:
         RobotConfig(robot="irb120", attach="two_finger_hand@wrist").describe()
     with pytest.raises(PluginError, match="no robot is named 'two_fingers'"):
         RobotConfig(robot="irb120", attach="two_fingers").describe()
+
+
+@pytest.mark.parametrize("names", ["left", "[left]"])
+def test_a_robot_file_can_name_only_the_joints_of_the_gripper(tmp_path: Path, names: str) -> None:
+    (tmp_path / "robot.yaml").write_text(f"robot: arm.urdf\ngripper: {names}\n")
+    assert RobotConfig(robot=str(tmp_path / "robot.yaml")).gripper == {"joints": ["left"]}
+
+
+def test_the_folder_of_an_attached_gripper_may_contain_an_at_sign(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(robot(arm()))
+    (folder := tmp_path / "me@work").mkdir()
+    (folder / "hand.urdf").write_text(robot(link("root"), two_fingers(carrier="root")))
+    for attach in ("me@work/hand.urdf", "me@work/hand.urdf@l3"):
+        (tmp_path / "robot.yaml").write_text(f"robot: arm.urdf\nattach: {attach}\n")
+        for config in (
+            RobotConfig(robot=str(tmp_path / "robot.yaml")),
+            RobotConfig(robot=str(tmp_path / "arm.urdf"), attach=f"{tmp_path}/{attach}"),
+        ):
+            assert config.from_file
+            (mount,) = [each for each in config.describe().read_model().joints if each.name == "gripper_mounted"]
+            assert mount.parent == ("l3" if "l3" in attach else "wrist")
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@ from typing import Any
 from frobs_core import plugins
 from frobs_core.deprecation import rename_keywords
 from frobs_core.description import ALL, DifferentialDrive, Robot
-from frobs_core.kernel.robot_file import is_robot_file, read_robot_file
+from frobs_core.kernel.robot_file import device_and_link, is_robot_file, read_robot_file
 from frobs_core.models import (
     Pose,
     RobotModel,
@@ -92,14 +92,12 @@ class RobotKeywords:
     differential_drive: Mapping[str, Any] | None = None
 
     def __post_init__(self) -> None:
-        if isinstance(self.gripper, str | list | tuple):
-            joints = self.gripper.split(",") if isinstance(self.gripper, str) else self.gripper
-            object.__setattr__(self, "gripper", {"joints": [str(joint).strip() for joint in joints]} if joints else {})
+        object.__setattr__(self, "gripper", _gripper_settings(self.gripper))
         if is_robot_file(self.robot):
             from frobs_core.util.yaml import merge  # imports PyYAML
 
             for name, value in read_robot_file(str(self.robot)).items():
-                chosen = getattr(self, name)
+                value, chosen = _gripper_settings(value) if name == "gripper" else value, getattr(self, name)
                 if isinstance(value, Mapping) and isinstance(chosen, Mapping):
                     object.__setattr__(self, name, merge(value, chosen))
                 elif name == "robot" or not chosen:
@@ -161,7 +159,7 @@ class RobotConfig(RobotKeywords):
     def from_file(self) -> bool:
         """Whether the robot, or the gripper that is attached to it, is described by its model file alone."""
         attached = (
-            self.attach.get("robot") if isinstance(self.attach, Mapping) else (self.attach or "").partition("@")[0]
+            self.attach.get("robot") if isinstance(self.attach, Mapping) else device_and_link(self.attach or "")[0]
         )
         return self.is_file or _SUFFIX.search(str(attached)) is not None
 
@@ -279,6 +277,14 @@ class RobotConfig(RobotKeywords):
         return Pose((x, y, z), (a, b, c, d))
 
 
+def _gripper_settings(gripper: Any) -> Any:
+    """Return what is known about a gripper as a mapping, if it is stated by the names of its joints."""
+    if not isinstance(gripper, str | list | tuple):
+        return gripper
+    joints = gripper.split(",") if isinstance(gripper, str) else gripper
+    return {"joints": [str(joint).strip() for joint in joints]} if joints else {}
+
+
 def _look_up(robot: str | Robot, xacro_args: Mapping[str, str], package_paths: Mapping[str, str]) -> Robot:
     """Return the description of a robot, to whose model file the arguments and the folders are passed.
 
@@ -300,7 +306,7 @@ def _look_up(robot: str | Robot, xacro_args: Mapping[str, str], package_paths: M
 def _attached(arm: Robot, attach: str | Mapping[str, Any], package_paths: Mapping[str, str]) -> Robot:
     """Return an arm with a gripper. The gripper of a model file is not described: it is found like that of an arm."""
     settings: Mapping[str, Any] = (
-        attach if isinstance(attach, Mapping) else dict(zip(("robot", "link"), attach.split("@"), strict=False))
+        attach if isinstance(attach, Mapping) else dict(zip(("robot", "link"), device_and_link(attach), strict=True))
     )
     check_keys("attach", settings, ("robot", "link", "pos", "rpy"))
     name = str(settings.get("robot", ""))

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path, PurePath
 from typing import Any
 
+from frobs_core.models.load import is_model_file
 from frobs_core.util.errors import ConfigFileError, nearest
 
 SUFFIXES = (".yaml", ".yml")
@@ -56,8 +57,15 @@ def read_robot_file(path: str | Path) -> dict[str, Any]:
     if isinstance(attached, Mapping) and "robot" in attached:
         keywords["attach"] = merge(attached, {"robot": _beside(path, str(attached["robot"]))})
     elif isinstance(attached, str):
-        keywords["attach"] = _beside(path, attached)
+        device, link = device_and_link(attached)
+        keywords["attach"] = f"{_beside(path, device)}{link and f'@{link}'}"
     return keywords
+
+
+def device_and_link(attach: str) -> tuple[str, str]:
+    """Return the parts of ``"GRIPPER@LINK"``. The link is ``""`` if it is not stated, and a path may contain ``@``."""
+    device, at, link = attach.rpartition("@")
+    return (device, link) if at and not is_model_file(attach) else (attach, "")
 
 
 def is_path(name: str) -> bool:
@@ -74,7 +82,8 @@ def absolute_files(keywords: Mapping[str, Any]) -> dict[str, Any]:
     changed = dict(keywords)
     for name in ("robot", "attach", "object"):
         value = keywords.get(name)
-        path, at, link = str(value or "").partition("@" if name == "attach" else "\0")
-        if isinstance(value, str) and Path(path).is_file():
-            changed[name] = f"{Path(path).resolve()}{at}{link}"
+        if isinstance(value, str) and value:
+            path, link = device_and_link(value) if name == "attach" else (value, "")
+            if Path(path).is_file():
+                changed[name] = f"{Path(path).resolve()}{link and f'@{link}'}"
     return changed

@@ -118,9 +118,10 @@ def find_gripper(model: RobotModel, stated: Mapping[str, Any] | None = None) -> 
         if not selected and (others := find_grippers(model)):
             raise UnsuitableRobotError(model.name, _choose_one(others)) from None
         raise
-    changes: dict[str, Any] = {
-        name: value for name in ("arm", "pads", "gap", "levers") if (value := getattr(known, name))
-    }
+    for name in known.levers:
+        check_name(f"finger joint of '{model.name}'", name, found.joints)
+    changes: dict[str, Any] = {name: value for name in ("arm", "pads", "gap") if (value := getattr(known, name))}
+    changes["levers"] = {**found.levers, **known.levers}
     if known.fixed_jaw is not None:
         changes["has_one_jaw"] = known.fixed_jaw
     if known.tcp is not None:

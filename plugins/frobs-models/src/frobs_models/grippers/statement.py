@@ -93,6 +93,9 @@ def read_statement(model: RobotModel, settings: Mapping[str, Any]) -> StatedGrip
             if not low - _ROUNDING <= value <= high + _ROUNDING:
                 raise ParameterValueError(f"gripper.{key}.{joint}", value, f"inside its limits [{low:g}, {high:g}]")
             values[joint] = min(max(value, low), high)
+    for joint, value in stated.open.items():
+        if value == stated.closed.get(joint):
+            raise ParameterValueError(f"gripper.open.{joint}", value, "another position than that in gripper.closed")
     if stated.gap is not None and stated.gap[0] >= stated.gap[1]:
         raise ParameterValueError("gripper.gap", list(stated.gap), "the closed gap, and then a wider open gap [m]")
     return stated
