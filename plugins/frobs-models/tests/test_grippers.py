@@ -235,6 +235,22 @@ def test_a_gripper_of_an_mjcf_file_is_attached(tmp_path: Path) -> None:
     assert found.gap == pytest.approx((0.0, 0.08), abs=2e-3)
 
 
+def test_materials_without_a_name_keep_their_colors_when_attached(tmp_path: Path) -> None:
+    drawn = (
+        '<visual><geometry><box size="0.1 0.1 0.1"/></geometry>'
+        '<material name=""><color rgba="{} 0 0 1"/></material></visual>'
+    )
+    (tmp_path / "arm.urdf").write_text(robot(arm()))
+    parts = link("a", visual=drawn.format(0.25)), link("b", visual=drawn.format(0.75)), joint("f", "fixed", "a", "b")
+    (tmp_path / "hand.urdf").write_text(robot(*parts))
+    hand = Robot(model=str(tmp_path / "hand.urdf"), name="hand")
+    model = Robot(model=str(tmp_path / "arm.urdf"), name="arm").attach("wrist", hand).read_model()
+    assert [visual.rgba for each in model.links for visual in each.visuals] == [
+        (0.25, 0.0, 0.0, 1.0),
+        (0.75, 0.0, 0.0, 1.0),
+    ]
+
+
 def both_arms(tmp_path: Path) -> Path:
     """Return the file of two arms on one base, each with a gripper."""
     halves = []

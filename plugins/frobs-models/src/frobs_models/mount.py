@@ -96,7 +96,7 @@ def _join(arm: RobotModel, link: str, tool: RobotModel, name: str, title: str, p
     combined, part = ET.fromstring(arm.xml), ET.fromstring(tool.xml)
     combined.set("name", title)
     for element in part.iter():
-        if element.tag in _NAMED and "name" in element.attrib:
+        if element.tag in _NAMED and element.get("name"):  # many exporters write materials with an empty name
             element.set("name", f"{name}_{element.get('name')}")
         attribute = _REFERENCES.get(element.tag, "")
         if attribute in element.attrib:
