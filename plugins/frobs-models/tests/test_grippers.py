@@ -25,7 +25,7 @@ from frobs_core.models import (
     home_positions,
     load_model,
 )
-from frobs_core.util.errors import UnsuitableRobotError
+from frobs_core.util.errors import ModelFileError, PluginError, UnsuitableRobotError
 from frobs_core.util.rotations import matrix_from_quat
 from frobs_models.bounds import lowest_points
 from frobs_models.grippers.gripper import Gripper, find_gripper
@@ -222,6 +222,52 @@ def test_a_home_in_the_floor_is_replaced(tmp_path: Path) -> None:
     raised, height = described()
     assert set(raised.home) == {"left", "j1", "j2", "j3", "j4", "j5", "j6"}
     assert height >= 0.0
+
+
+@pytest.mark.parametrize(
+    ("tcp", "message"),
+    {
+        "base": r"no joint that moves the tool center point 'base'; choose .* tcp='wrist'",
+        "wirst": "no link of 'r' is named 'wirst'. Did you mean 'wrist'",
+    }.items(),
+)
+def test_a_tool_center_point_that_the_arm_does_not_move_is_refused(tmp_path: Path, tcp: str, message: str) -> None:
+    path = tmp_path / "r.urdf"
+    path.write_text(robot(arm(), two_fingers()))
+    with pytest.raises((UnsuitableRobotError, PluginError), match=message):
+        find_reader(path).with_gripper(Robot(model=str(path), name="r", tcp=tcp))
+
+
+def test_an_arm_without_a_gripper_names_a_keyword_that_takes_a_file(tmp_path: Path) -> None:
+    (tmp_path / "r.urdf").write_text(robot(arm()))
+    (tmp_path / "hand.urdf").write_text(robot(link("root"), two_fingers(carrier="root")))
+    reader = find_reader(tmp_path / "r.urdf")
+    with pytest.raises(UnsuitableRobotError, match="its file: attach='GRIPPER'") as caught:
+        reader.with_gripper(Robot(model=str(tmp_path / "r.urdf"), name="r"))
+    assert "ARM+GRIPPER" not in str(caught.value)  # a path would be taken for the path of a single file
+
+
+def test_an_arm_whose_joints_have_no_actuator_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "r.xml"
+    path.write_text(moving_hand("", f"<actuator>{TENDON}"))
+    with pytest.raises(UnsuitableRobotError, match="no actuator for a joint between its root and 'carrier'"):
+        find_reader(path).with_gripper(Robot(model=str(path), name="r"))
+
+
+def test_masses_that_only_mujoco_can_measure_are_not_dropped(tmp_path: Path) -> None:
+    path = tmp_path / "r.xml"
+    shape = '<geom type="box" size="0.05 0.05 0.1" shellinertia="true" pos="0 0 0.1"/>'
+    path.write_text(moving_hand(shape, f'<actuator><position joint="turn"/>{TENDON}'))
+    with pytest.raises(ModelFileError, match=r'mass of <body name="carrier">.* add an <inertial>'):
+        find_reader(path).with_gripper(Robot(model=str(path), name="r"))
+
+
+def moving_hand(shape: str, more: str) -> str:
+    """Return an MJCF file with two fingers on a carrier that turns. The carrier has a shape."""
+    hand = f'<body name="hand"><geom type="box" size="0.03 0.05 0.015" pos="0 0 0.015"/>{SLIDES}</body>'
+    carrier = f'<body name="carrier"><joint name="turn" axis="0 1 0" range="-1 1"/>{shape}{hand}</body>'
+    world = f'<worldbody><body name="root">{carrier}</body></worldbody>'
+    return f'<mujoco><compiler angle="radian"/>{world}{more}</mujoco>'
 
 
 def test_a_gripper_of_an_mjcf_file_is_attached(tmp_path: Path) -> None:

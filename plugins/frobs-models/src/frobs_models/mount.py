@@ -12,6 +12,7 @@ from frobs_core.models import RobotModel, Vector3, default_gains, default_tcp, h
 from frobs_core.util.errors import UnsuitableRobotError, check_name
 from frobs_models.assembled import write_model
 from frobs_models.grippers.loops import without_loops
+from frobs_models.tree import UNKNOWN_MASS, check_masses
 from frobs_models.urdf.writing import urdf_of
 
 _NAMED = ("link", "joint", "material", "transmission", "actuator")
@@ -81,6 +82,7 @@ def _as_urdf(robot: Robot) -> Robot:
     """Return the description of a robot whose model is a URDF file."""
     if (model := robot.read_model()).format == "urdf":
         return robot
+    check_masses(model, UNKNOWN_MASS)
     motors = {joint.name: joint.armature for joint in model.joints if joint.armature}  # a URDF cannot contain them
     file = write_model(model.name, ET.tostring(urdf_of(without_loops(model)), encoding="unicode"))
     return replace(robot, model=str(file), armature={**motors, **robot.armature})

@@ -10,6 +10,9 @@ from frobs_core.util.errors import ModelFileError
 from frobs_models.budgets import BUDGETS
 from frobs_models.xmltree import Element
 
+UNKNOWN_MASS = "only MuJoCo can measure, and FRobs describes a robot with a gripper as a URDF"
+"""End of the error message if a model with unknown masses would be written as a URDF."""
+
 
 def check_count(count: int, what: str, document: Element) -> None:
     """Check the number of links, because the kinematics take time proportional to the square of this number."""
@@ -107,6 +110,22 @@ def flatten_mimics(joints: Sequence[Joint], elements: Mapping[str, Element]) -> 
     return tuple(flat)
 
 
+def check_masses(model: RobotModel, which: str) -> None:
+    """Check that the masses of all links are known without MuJoCo.
+
+    Args:
+        model: The model.
+        which: Description of the shapes whose masses are not known, for the error message.
+
+    Raises:
+        ModelFileError: A mass is unknown.
+    """
+    if unknown := [note.element for note in model.notes if note.rule == "mesh-mass"]:
+        raise ModelFileError(
+            model.path, f"the mass of {', '.join(unknown)} depends on shapes that {which}; add an <inertial>."
+        )
+
+
 def joints_below(model: RobotModel) -> dict[str, list[Joint]]:
     """Return the child joints of each link, by link name.
 
@@ -120,12 +139,7 @@ def joints_below(model: RobotModel) -> dict[str, list[Joint]]:
             f"the file has no actuators for the joints {', '.join(model.passive_joints)}; only simulator='mujoco' "
             "simulates passive joints.",
         )
-    if unknown := [note.element for note in model.notes if note.rule == "mesh-mass"]:
-        raise ModelFileError(
-            model.path,
-            f"the mass of {', '.join(unknown)} depends on shapes that only simulator='mujoco' supports; "
-            "add an <inertial>.",
-        )
+    check_masses(model, "only simulator='mujoco' supports")
     below: dict[str, list[Joint]] = {}
     for joint in model.joints:
         if joint.type in (JointType.FLOATING, JointType.PLANAR):

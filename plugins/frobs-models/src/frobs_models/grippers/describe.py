@@ -24,7 +24,7 @@ from frobs_core.models import (
     load_model,
 )
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import UnsuitableRobotError
+from frobs_core.util.errors import UnsuitableRobotError, check_name
 from frobs_core.util.rotations import matrix_from_quat, rpy_from_quat
 from frobs_models.assembled import write_model, write_part
 from frobs_models.bounds import lowest_points, random_postures
@@ -34,6 +34,7 @@ from frobs_models.grippers.space import wrist_camera
 from frobs_models.grippers.structure import Tree
 from frobs_models.grippers.surfaces import placed_surface, solid_shapes
 from frobs_models.meshes.mesh import MeshPart
+from frobs_models.tree import UNKNOWN_MASS, check_masses
 from frobs_models.urdf.writing import urdf_of
 
 TCP = "frobs_tcp"
@@ -63,7 +64,9 @@ def describe_gripper(robot: Robot, stated: Mapping[str, Any]) -> dict[str, Any]:
 def with_gripper(robot: Robot, stated: Mapping[str, Any] | None = None) -> Robot:
     """Return a robot whose gripper is described. For arguments and errors, see ``ModelReader.with_gripper``."""
     model = without_loops(robot.read_model())
+    check_masses(model, UNKNOWN_MASS)
     gripper = _find(robot, model, stated or {})
+    _check_tool(robot, model, gripper)
     file = write_model(model.name, _rewritten(model, gripper))
     groups = {"arm": gripper.arm, "gripper": gripper.joints}
     tool = EndEffector(
@@ -116,8 +119,24 @@ def _find(robot: Robot, model: RobotModel, stated: Mapping[str, Any]) -> Gripper
             return carrying[0]
         if "--gripper" in error.reason:
             raise UnsuitableRobotError(robot.name, error.reason) from None
-        advice = "To attach one, pass its name or its file: robot='ARM+GRIPPER', or use Robot.attach."
+        advice = "To attach one, pass its name or its file: attach='GRIPPER' (option --attach), or use Robot.attach."
         raise UnsuitableRobotError(robot.name, f"{error.reason} {advice}") from None
+
+
+def _check_tool(robot: Robot, model: RobotModel, gripper: Gripper) -> None:
+    """Check that drives of the arm move the tool center point."""
+    if not gripper.arm:
+        reason = f"has no actuator for a joint between its root and '{gripper.palm}', so it cannot move its gripper"
+        raise UnsuitableRobotError(robot.name, f"{reason}; add actuators for these joints to the model file.")
+    if robot.tcp is None:
+        return
+    check_name(f"link of '{model.name}'", robot.tcp, [link.name for link in model.links])
+    if {joint.name for joint in joint_path(model, robot.tcp)}.isdisjoint(gripper.arm):
+        raise UnsuitableRobotError(
+            robot.name,
+            f"has no joint that moves the tool center point '{robot.tcp}'; choose a link of the gripper, such as "
+            f"tcp='{gripper.palm}' (option --tcp), or omit tcp.",
+        )
 
 
 def _gains(
