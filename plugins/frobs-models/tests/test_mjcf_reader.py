@@ -144,6 +144,15 @@ def test_joint_equalities_become_mimic_joints(write):
     assert (mimic.joint, mimic.multiplier, mimic.offset) == ("a", -2, pytest.approx(0.1 + 0.2 + 2 * 0.3))
 
 
+def test_coefficients_of_an_equality_that_are_omitted_are_those_of_mujoco(write):
+    slide = '<body name="{0}"><joint name="{0}" type="slide"/><geom size=".1"/></body>'
+    equality = '<equality><joint joint1="b" joint2="a" polycoef="0.2"/></equality>'
+    path = write(world(slide.format("a") + slide.format("b")) + equality)
+    mimic = load_model(path).joints[1].mimic
+    offset, multiplier, *_ = mujoco.MjModel.from_xml_path(str(path)).eq_data[0]
+    assert (mimic.offset, mimic.multiplier) == (offset, multiplier) == (0.2, 1.0)
+
+
 @pytest.mark.parametrize(
     ("joint", "limits"),
     [

@@ -393,8 +393,8 @@ class _MjcfReader:
             for name in filter(None, (follower, leader)):
                 if name not in places:
                     element.refuse(f"the joint '{name}' does not exist.")
-            coefficients = [*element.numbers("polycoef", default="0 1 0 0 0"), 0.0, 0.0, 0.0, 0.0]
-            offset, multiplier, *rest = coefficients[:5]
+            given = element.numbers("polycoef", default="0 1 0 0 0")
+            offset, multiplier, *rest = (*given, *(0.0, 1.0, 0.0, 0.0, 0.0)[len(given) :])  # as in MuJoCo
             if leader is None or any(rest) or element.get("active", "true") != "true":
                 text = (
                     f"joint '{follower}' is not treated as a mimic joint, because only the engine evaluates its equality "
