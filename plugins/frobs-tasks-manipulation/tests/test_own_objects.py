@@ -108,6 +108,16 @@ def test_an_unsuitable_file_is_refused_with_one_line(tmp_path: Path, name: str, 
     assert "\n" not in str(raised.value)
 
 
+def test_a_flat_or_tiny_object_is_refused(tmp_path: Path) -> None:
+    corners = [[0, 0, 0], [0.05, 0, 0], [0.05, 0.05, 0], [0, 0.05, 0]]
+    trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3]]).export(tmp_path / "flat.stl")
+    with pytest.raises(ModelFileError, match="the object is flat"):
+        PickAndPlace(object=str(tmp_path / "flat.stl"))
+    trimesh.creation.box((0.03, 0.03, 0.03)).export(tmp_path / "box.stl")
+    with pytest.raises(ModelFileError, match=r"the object is 3e-05 mm long, .* set a larger object_scale"):
+        PickAndPlace(object=str(tmp_path / "box.stl"), object_scale=1e-6)
+
+
 def test_options_of_the_object_need_a_file() -> None:
     with pytest.raises(ConfigurationError, match="set object=FILE"):
         PickAndPlace(object_mass=0.1)

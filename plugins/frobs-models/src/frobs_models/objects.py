@@ -23,6 +23,8 @@ from frobs_models.resources import resolve_path
 
 _DENSITY = 1000.0  # [kg/m³]
 _LARGEST = 1.0  # [m] a larger object is usually a mesh in millimeters
+_SMALLEST = 0.001  # [m] a smaller object is usually a mesh whose scale is wrong
+_FLAT = 1e-6  # minimum thickness relative to the length
 _PLAUSIBLE = 0.01  # [m] length of the smallest object that is likely
 _POINTS = 40_000  # number of surface points
 _log = logging.getLogger("frobs")
@@ -65,7 +67,7 @@ def read_object(path: str | Path, *, scale: float = 1.0, mass: float | None = No
 
     Raises:
         ModelFileError: The file is missing, broken, empty or too large, has moving joints, or the object is larger than
-            1 m.
+            1 m, smaller than 1 mm, or flat.
     """
     import trimesh
 
@@ -76,7 +78,8 @@ def read_object(path: str | Path, *, scale: float = 1.0, mass: float | None = No
         stated, visuals = None, None
         collisions = [_scaled(Collision(Mesh(file), Pose()), scale)]
     surfaces = [placed_surface(each) for each in collisions]
-    extent = float(np.ptp(np.concatenate([each.vertices for each in surfaces]), axis=0).max())
+    vertices = np.concatenate([each.vertices for each in surfaces])
+    extent = float(np.ptp(vertices, axis=0).max())
     if extent > _LARGEST:
         factor = float(f"{0.1 * scale / extent:.2g}")
         advice = f"object_scale={factor:g} (option --object-scale) makes it 10 cm long."
@@ -86,6 +89,15 @@ def read_object(path: str | Path, *, scale: float = 1.0, mass: float | None = No
             file,
             f"the object is {extent:.4g} m long, and at most {_LARGEST:g} m is allowed. Lengths are in meters: {advice}",
         )
+    if extent < _SMALLEST:
+        raise ModelFileError(
+            file,
+            f"the object is {1000.0 * extent:.4g} mm long, and at least {1000.0 * _SMALLEST:g} mm is required; "
+            "set a larger object_scale (option --object-scale).",
+        )
+    thinnest = np.linalg.eigh(np.cov(vertices.T))[1][:, 0]
+    if np.ptp(vertices @ thinnest) < _FLAT * extent:
+        raise ModelFileError(file, "the object is flat, so it has no volume; give it a thickness.")
     shapes, hulls, solids = [], [], []
     for shape, surface in zip(collisions, surfaces, strict=True):
         divided = _divided(file, shape, surface)
