@@ -164,6 +164,15 @@ def test_a_gripper_is_attached_by_name_or_file(tmp_path: Path) -> None:
         RobotConfig(robot="irb120", attach="two_fingers").describe()
 
 
+def test_a_joint_name_cannot_add_settings_to_a_written_file(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(robot(arm()).replace('"j6"', '"j6&#10;base: floating"'))
+    report = examine_robot(tmp_path / "arm.urdf", simulators=["mujoco"])
+    text = robot_file_text(report, str(tmp_path / "arm.urdf"), {}, tmp_path / "robot.yaml")
+    (tmp_path / "robot.yaml").write_text(text)
+    assert "base: floating" in text
+    assert RobotConfig(robot=str(tmp_path / "robot.yaml")).base is None
+
+
 @pytest.mark.parametrize("names", ["left", "[left]"])
 def test_a_robot_file_can_name_only_the_joints_of_the_gripper(tmp_path: Path, names: str) -> None:
     (tmp_path / "robot.yaml").write_text(f"robot: arm.urdf\ngripper: {names}\n")

@@ -9,6 +9,7 @@ import pytest
 from tiny_robots import INERTIAL, LIMIT, SOLID, joint, link
 
 from frobs_devkit.doctor import RobotReport, examine_robot
+from frobs_devkit.doctor.robot_file import robot_file_text
 from frobs_models import ELEMENTS
 
 Examine = Callable[..., RobotReport]
@@ -121,3 +122,23 @@ def test_an_mjcf_file_is_examined_too(tmp_path: object) -> None:
     [mujoco] = report.simulators
     assert {"actuators", "sites", "lights"} <= {row.element for row in mujoco.elements}
     assert all(row.treatment != "not told" for row in mujoco.elements)
+
+
+def test_joints_that_follow_a_passive_joint_have_no_home(tmp_path: object) -> None:
+    path = tmp_path / "arm.xml"  # type: ignore[operator]
+    bodies = "".join(
+        f'<body name="{name}" pos="{x} 0 0"><joint name="{name}" axis="0 0 1"/><geom type="box" size=".01 .01 .01"/></body>'
+        for name, x in (("driven", 0.1), ("free", 0.2), ("follower", 0.3))
+    )
+    path.write_text(
+        f'<mujoco model="m"><worldbody><body name="base"><geom type="box" size=".05 .05 .05"/>{bodies}</body></worldbody>'
+        '<equality><joint joint1="follower" joint2="free"/></equality>'
+        '<actuator><motor name="m" joint="driven" forcerange="-1 1"/></actuator></mujoco>'
+    )
+    report = examine_robot(path, simulators=("mujoco",))
+    assert {joint.name: joint.home for joint in report.joints if joint.unit} == {
+        "driven": 0.0,
+        "free": None,
+        "follower": None,
+    }
+    assert '# home: {"driven": 0.0}' in robot_file_text(report, str(path), {}, path)

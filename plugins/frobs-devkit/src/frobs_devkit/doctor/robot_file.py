@@ -45,7 +45,7 @@ def robot_file_text(report: RobotReport, robot: str, settings: Mapping[str, Any]
             device, link = device_and_link(str(value))
             value = f"{_relative(device, file)}{link and f'@{link}'}"
         lines.append(f"{name}: {to_json(value)}")
-    home = {joint.name: joint.home for joint in report.joints if joint.joint_type != "fixed" and not joint.mimic}
+    home = {joint.name: joint.home for joint in report.joints if joint.home is not None and not joint.mimic}
     lines += [
         "",
         "# How the root link can move: fixed, floating or wheeled.",
@@ -60,7 +60,7 @@ def robot_file_text(report: RobotReport, robot: str, settings: Mapping[str, Any]
         "",
     ]
     if report.gripper is None:
-        lines.append(f"# gripper: none was found, because {report.no_gripper}.")
+        lines.append(f"# gripper: none was found, because {_one_line(report.no_gripper)}.")
     else:
         lines += ["# Joint groups: 'arm' with gripper.arm, and 'gripper' with gripper.joints.", "gripper:"]
         lines += _gripper(report.gripper)
@@ -77,7 +77,12 @@ def _gripper(gripper: Gripper) -> Iterator[str]:
             yield from (f"    {key}: {to_json(item)}" for key, item in value.items())
         else:
             yield f"  {name}: {to_json(value)}"
-    yield from (f"  # Note: {note}." for note in gripper.notes)
+    yield from (f"  # Note: {_one_line(note)}." for note in gripper.notes)
+
+
+def _one_line(text: str) -> str:
+    """Return a text without line ends, which names in a model file can contain and which would end a comment."""
+    return " ".join(text.split())
 
 
 def _relative(path: str, file: Path) -> str:
