@@ -1,5 +1,6 @@
 """Mass matrix and gravity efforts, compared with MuJoCo's."""
 
+import gymnasium as gym
 import numpy as np
 import pytest
 
@@ -7,6 +8,7 @@ from frobs_controllers.dynamics import Dynamics
 from frobs_core.description import Placement, Scene
 from frobs_core.kernel.robot_config import RobotConfig
 from frobs_core.models import load_model
+from frobs_core.util.errors import UnsuitableRobotError
 
 mujoco = pytest.importorskip("mujoco")
 GRAVITY = (1.0, -2.0, -9.0)
@@ -56,3 +58,14 @@ def test_a_group_moves_everything_behind_its_joints(arm):
     masses, of_part = Dynamics(part)(np.array(GRAVITY))
     assert masses == pytest.approx(whole[:, :2, :2])
     assert of_part == pytest.approx(efforts[:, :2])
+
+
+def test_a_weight_that_the_file_does_not_state_is_not_ignored(tmp_path):
+    path = tmp_path / "r.xml"
+    shape = '<geom type="box" size=".1 .1 .1" shellinertia="true"/>'
+    path.write_text(
+        '<mujoco><worldbody><body name="base"><geom size=".1"/><body name="arm"><joint name="j" axis="0 1 0"/>'
+        f"{shape}</body></body></worldbody></mujoco>"
+    )
+    with pytest.raises(UnsuitableRobotError, match=r"only MuJoCo can compute \(arm\).* add an <inertial>"):
+        gym.make("frobs_core:frobs/Reach-v0", robot=str(path), controller="tcp_impedance")

@@ -7,6 +7,7 @@ import numpy as np
 from frobs_core.contracts import JointGroup
 from frobs_core.models import JointType, inertia_matrix, joint_path
 from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import UnsuitableRobotError
 from frobs_core.util.rotations import cross, matrix_from_quat
 
 
@@ -19,6 +20,9 @@ class Dynamics:
 
     Args:
         joints: The joints.
+
+    Raises:
+        UnsuitableRobotError: The model file does not define the mass of a link, and only the engine can compute it.
     """
 
     def __init__(self, joints: JointGroup) -> None:
@@ -34,6 +38,14 @@ class Dynamics:
             for link in model.links
             if link.inertial is not None and any(joint in moving for joint in paths[link.name])
         ]
+        notes = {note.element for note in model.notes if note.rule == "mesh-mass"}
+        unknown = [name for name in paths if f'<body name="{name}">' in notes and {*paths[name]} & {*moving}]
+        if unknown:
+            raise UnsuitableRobotError(
+                joints.robot.name,
+                f"has bodies whose masses only MuJoCo can compute ({', '.join(unknown)}), so their weight cannot be "
+                "compensated; add an <inertial> to each of them.",
+            )
         self._frames = [joint.child for joint in moving] + [name for name, _ in bodies]
         self._axes = np.array([joint.axis for joint in moving])[:, :, None]
         self._slides = np.array([[joint.type is JointType.PRISMATIC] for joint in moving])
