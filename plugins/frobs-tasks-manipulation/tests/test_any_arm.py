@@ -97,6 +97,13 @@ def test_a_task_that_is_not_fitted_says_what_the_arm_cannot_reach(tmp_path: Path
         gym.make(PICK, robot=str(path), center=(2.0, 0.0))
 
 
+def test_a_tool_center_point_that_is_not_between_the_fingers_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "arm.urdf"
+    path.write_text(robot(arm(4), two_fingers()))
+    with pytest.raises(UnsuitableRobotError, match=r"'palm' between its fingers, .* or omit tcp"):
+        gym.make(PICK, robot=str(path), tcp="palm")
+
+
 def test_a_robot_without_a_gripper_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "arm.urdf"
     path.write_text(robot(arm()))

@@ -223,6 +223,12 @@ def _obstacle(arm: _Arm) -> str:
 def fit_task(task: type[Any], robot: Robot, model: RobotModel) -> Fitted:
     """Return the settings that fit a task to an arm. For the arguments, see ``Task.fitting``; for errors, :func:`fit`."""
     found, tool = fit(robot, model), _gripper(robot)
+    if min(found.hand["depth"], found.hand["room"]) <= 0.0:
+        raise UnsuitableRobotError(
+            robot.name,
+            f"does not have its tool center point '{tool.tcp}' between its fingers, but inside a part of the gripper or "
+            "beyond the fingertips; choose another link with tcp= (option --tcp), or omit tcp.",
+        )
     x, y = found.center
     room = object_clearance(tool.gap or _GAP, tool.has_fixed_jaw, found.size)
     relative, clearance = _relative(found.size), _clearance(found.scale, found.size)
