@@ -1,11 +1,17 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from frobs_controllers.gripper import GripperDelta
 from frobs_controllers.joint_delta_position import JointDeltaPosition
 from frobs_controllers.joint_effort import JointEffort
 from frobs_controllers.joint_position import JointPosition
 from frobs_controllers.joint_velocity import JointVelocity
-from frobs_core.util.errors import ConfigurationError
+from frobs_core.description import EndEffector, Robot
+from frobs_core.util.errors import ConfigurationError, UnsuitableRobotError
+
+JOINTS = tuple(f"joint_{i}" for i in range(1, 7))
 
 
 def arrive(controller, action):
@@ -143,3 +149,11 @@ def test_own_limits_must_be_positive_and_finite(value):
 def test_full_range_must_be_a_flag():
     with pytest.raises(ConfigurationError, match=r"full_range is .*; it must be true or false"):
         JointDeltaPosition(full_range="yes")
+
+
+def test_a_finger_that_does_not_move_is_refused(fake_arm, bound):
+    tool = EndEffector(tcp="link_6", group="all", open=dict.fromkeys(JOINTS, 0.5), closed=dict.fromkeys(JOINTS, 0.0))
+    still = replace(tool, closed={**tool.closed, "joint_2": 0.5})
+    robot = Robot(model="fake.urdf", name="fake_gripper", groups={"all": JOINTS}, end_effectors={"all": still})
+    with pytest.raises(UnsuitableRobotError, match="different open and closed positions for the finger 'joint_2'"):
+        bound(GripperDelta(), fake_arm(robot=robot))

@@ -31,7 +31,7 @@ class Gripper(Controller):
 
         Raises:
             UnsuitableRobotError: No end effector of the robot has exactly these joints, or a joint's open or closed
-                position is missing.
+                position is missing, or both are equal.
         """
         robot, tool = joints.robot, joints.end_effector
         if tool is None or tool.group != joints.group_name:
@@ -45,14 +45,16 @@ class Gripper(Controller):
                 raise UnsuitableRobotError(
                     robot.name, f"must define both an open and a closed position for the finger '{joint}'."
                 )
+            if tool.open[joint] == tool.closed[joint]:
+                raise UnsuitableRobotError(
+                    robot.name, f"must define different open and closed positions for the finger '{joint}'."
+                )
         self._joints = joints
         self._closed = np.array([tool.closed[joint] for joint in joints.joint_names])  # (dof,) [rad or m]
         self._stroke = np.array([tool.open[joint] for joint in joints.joint_names]) - self._closed
         self._control_timestep = control_timestep
-        with np.errstate(divide="ignore"):
-            self._fastest = (
-                joints.velocity_limit * control_timestep / np.abs(self._stroke)
-            )  # maximum change in the opening per control step
+        # maximum change in the opening per control step
+        self._fastest = joints.velocity_limit * control_timestep / np.abs(self._stroke)
         self._slowest = -self._fastest
         self._wanted, self._opening = np.zeros((joints.num_envs, 1)), np.zeros((joints.num_envs, joints.dof))
         self.action_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
