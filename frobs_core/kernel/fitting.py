@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from frobs_core.contracts.task import Fitted
-from frobs_core.description import Robot
+from frobs_core.description import ALL, Robot
 from frobs_core.kernel.config import EnvConfig
 from frobs_core.kernel.robot_config import RobotConfig, find_record
 from frobs_core.kernel.robot_file import KEYS, is_robot_file
@@ -68,7 +68,7 @@ def fit_robots(task: Any, robots: Mapping[str, RobotConfig], fit: bool | None) -
             result.models[name] = model = description.read_model()
             fitted: Fitted = load_attribute(fitting)(task, description, model)
             description = replace(description, home={**description.home, **fitted.home, **config.home})
-            merged = _merged(config.controller_kwargs, fitted.controller)
+            merged = _merged(config, description, fitted.controller)
             result.configs[name] = replace(config, controller_kwargs=merged, home=description.home)
             result.task |= fitted.task
             _log.info("the task was fitted to robot '%s': %s", description.name, _shown(fitted.task))
@@ -113,6 +113,16 @@ def _shown(keywords: Mapping[str, Any]) -> str:
     return ", ".join(f"{name}={value}" for name, value in rounded.items())
 
 
-def _merged(chosen: Mapping[str, Any], fitted: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the keywords of the arm's controller: the user's choices, the fitted values, and the ID's values."""
+def _merged(config: RobotConfig, description: Robot, fitted: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keywords of the controllers: the user's choices, the fitted values of the arm, and the ID's values."""
+    if isinstance(fitted, ControllerDefaults):
+        default = description.default_controllers.get(next(iter(description.groups), ALL), "")
+        fitted = fitted.of(config.controller or default)
+    chosen: Mapping[str, Any] = config.controller_kwargs
+    if isinstance(config.controller, Mapping):
+        return {group: _over(chosen.get(group, {}), fitted.get(group, {})) for group in {**fitted, **chosen}}
+    return _over(chosen, fitted)
+
+
+def _over(chosen: Mapping[str, Any], fitted: Mapping[str, Any]) -> dict[str, Any]:
     return {**chosen, **fitted} if isinstance(chosen, ControllerDefaults) else {**fitted, **chosen}

@@ -122,7 +122,7 @@ class ControllerDefaults(dict[str, Any]):
     def of(self, chosen: Any) -> dict[str, Any]:
         """Return the keywords for a chosen controller, or for a mapping from joint groups to controllers."""
         if isinstance(chosen, Mapping):
-            return {group: dict(self) for group, one in chosen.items() if self._is_own(one)}
+            return {group: self for group, one in chosen.items() if self._is_own(one)}
         return self if self._is_own(chosen) else {}
 
     def _is_own(self, chosen: Any) -> bool:

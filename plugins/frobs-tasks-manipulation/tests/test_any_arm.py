@@ -84,6 +84,17 @@ def test_what_the_user_sets_takes_precedence(file: Path) -> None:
 
 
 @pytest.mark.needs("pybullet")
+@pytest.mark.parametrize(
+    "controller", ["joint_position", {"arm": "joint_delta_position"}, {"arm": "tcp_delta_pose"}], ids=str
+)
+def test_fitted_keywords_apply_to_the_controller_that_they_were_fitted_for(file: Path, controller: Any) -> None:
+    with made(PICK, num_envs=1, robot=str(file), controller=controller) as env:
+        fitted = getattr(env.control.controllers["robot/arm"], "target_box", None)
+        assert (fitted is not None) == ("tcp_delta_pose" in str(controller))
+        if fitted is not None:
+            assert np.isfinite(fitted).all()
+
+
 def test_another_simulator_gets_no_keywords_of_mujoco(file: Path) -> None:
     with made(PICK, num_envs=1, robot=str(file), simulator="pybullet") as env:
         env.reset(seed=0)

@@ -14,6 +14,7 @@ import numpy as np
 from frobs_core.contracts import Fitted
 from frobs_core.description import EndEffector, Robot
 from frobs_core.models import RobotModel, gravity_efforts, home_positions, joint_path
+from frobs_core.plugins.records import ControllerDefaults
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import UnsuitableRobotError
 from frobs_core.util.files import cache_folder, read_json, write_json
@@ -270,7 +271,7 @@ def fit_task(task: type[Any], robot: Robot, model: RobotModel) -> Fitted:
         "target_low": [x - half, y - half, 0.004],
         "target_high": [x + half, y + half, top],
     }
-    return Fitted(task=settings, controller=controller, home=found.home)
+    return Fitted(task=settings, controller=ControllerDefaults("tcp_delta_pose", controller), home=found.home)
 
 
 def _relative(size: float) -> float:
