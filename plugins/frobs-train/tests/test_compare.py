@@ -81,6 +81,15 @@ def test_the_newest_evaluation_as_trained_counts(tmp_path: Path) -> None:
     assert (score.final, score.source, score.evaluated_steps) == (0.8, "evaluation", 2000)
 
 
+def test_among_evaluations_of_one_policy_the_result_does_not_decide(tmp_path: Path) -> None:
+    run = evaluated(make(tmp_path / "a", 0), 0.7, deterministic=True)
+    evaluated(run, 0.9, seed=1, mean_reward=5.0)
+    assert compare([run]).groups[0].final.value == 0.7
+    evaluated(run, 0.5, seed=2, episodes=1000)
+    assert compare([run]).groups[0].final.value == 0.5
+    assert compare([run], metric="reward").groups[0].final.value == -1.0
+
+
 def test_evaluations_during_the_training_count_too(tmp_path: Path) -> None:
     run = make(tmp_path / "a", 0)
     with (run.path / "progress.csv").open() as file:

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from frobs_core.util.errors import RunError
+from frobs_core.util.files import write_json
 from frobs_train import COLORS, Run, RunConfig, plot_runs
-from frobs_train.logs.progress import STEPS, ProgressLog, smooth
-from frobs_train.plots.figures import colors_of
+from frobs_train.logs.progress import STEPS, ProgressLog, read_columns, smooth
+from frobs_train.plots.figures import colors_of, make_figure
+from frobs_train.plots.plot import _Curves, _mark_evaluation
 
 
 def size(path: Path) -> tuple[int, int]:
@@ -52,6 +54,22 @@ def test_seeds_are_drawn_as_a_band_and_others_beside_it(tmp_path: Path) -> None:
 def test_a_run_without_success_is_drawn_without(tmp_path: Path) -> None:
     run = make(tmp_path / "a", 0, success=False)
     plot_runs([run], tmp_path / "a.png")
+
+
+def test_only_an_evaluation_as_trained_is_marked(tmp_path: Path) -> None:
+    run = make(tmp_path / "a", 0)
+    found = {"steps": 1000, "episodes": 10, "success_rate": 0.5, "success_interval": [0.2, 0.8], "mean_reward": 1.0}
+    for name, changes in (
+        ("as_trained", {}),
+        ("elsewhere", {"simulator": "pybullet"}),
+        ("randomized", {"randomize": {"masses": {}}}),
+        ("sampled", {"deterministic": False}),
+    ):
+        other = {"success_rate": 0.4, "episodes": 20} if changes else {}
+        write_json(run.path / "evaluations" / f"{name}.json", {**found, **other, **changes})
+    axis = make_figure(4.0, 3.0).subplots()
+    _mark_evaluation(axis, _Curves(run, read_columns(run.path), "steps"), COLORS[0], annotate=True)
+    assert [text.get_text() for text in axis.texts] == ["50.0 % of 10\nnew episodes"]
 
 
 def test_an_algorithm_has_one_color_in_every_picture() -> None:

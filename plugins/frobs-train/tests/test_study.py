@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from frobs_core.util.errors import ConfigurationError, FrobsError
-from frobs_train import load_runner
+from frobs_core.util.files import write_json
+from frobs_train import Run, RunConfig, load_runner
 from frobs_train.comparison.study import (
     Study,
     missing_evaluations,
@@ -55,6 +56,18 @@ def test_a_study_runs_only_what_is_missing(tmp_path: Path) -> None:
     [first, _] = missing_trainings(other, tmp_path)
     [outcome] = run_jobs([first], tmp_path, load_runner("local"))
     assert "num_envs" in str(outcome.error)  # an existing run with other settings is neither replaced nor used
+
+
+def test_only_an_evaluation_as_trained_completes_a_run(tmp_path: Path) -> None:
+    study = SMALL.model_copy(update={"seeds": 1})
+    [(path, flags)] = study_folders(study, tmp_path).items()
+    run = Run.create(path, RunConfig(**flags, **SETTINGS))
+    found = {"steps": 64, "episodes": 2, "mean_reward": 1.0}
+    for name, changes in (("elsewhere", {"simulator": "x"}), ("sampled", {"deterministic": False})):
+        write_json(run.path / "evaluations" / f"{name}.json", {**found, **changes})
+    assert len(missing_evaluations(study, tmp_path)) == 1
+    write_json(run.path / "evaluations" / "as_trained.json", found)
+    assert not missing_evaluations(study, tmp_path)
 
 
 @pytest.mark.parametrize(

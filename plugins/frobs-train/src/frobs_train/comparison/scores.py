@@ -13,6 +13,7 @@ from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import RunError
 from frobs_train.comparison.confidence import band
 from frobs_train.logs.progress import STEPS, smooth
+from frobs_train.runs.evaluation_files import is_as_trained
 from frobs_train.runs.run import Run
 
 CurveSource: TypeAlias = Literal["evaluation", "training"]
@@ -147,22 +148,21 @@ def curve_values(columns: Columns, name: str, over: CurveAxis = "steps") -> tupl
 def _newest_evaluation(run: Run, columns: Columns, metric: str) -> tuple[int, float] | None:
     """Return the steps and the result of the newest evaluation, or None if there is no evaluation.
 
-    Only deterministic evaluations with the training run's simulator and the nominal models are considered.
+    Only deterministic evaluations with the training run's simulator and the nominal models are considered. Among
+    evaluations of the same policy, the one with the most episodes counts, or else the first one. The result has no
+    influence on the choice, which would otherwise prefer lucky seeds.
     """
     key = _KEYS[metric]
     results = [
         (int(result["steps"]), int(result["episodes"]), float(result[key]))
         for result in run.evaluations()
-        if result.get(key) is not None
-        and not result.get("simulator")
-        and not result.get("randomize")
-        and result.get("deterministic", True)
+        if result.get(key) is not None and is_as_trained(result)
     ]
     values = columns.get(f"evaluation/{metric}", np.array([]))
     results += [(int(columns[STEPS][row]), 0, float(values[row])) for row in np.flatnonzero(np.isfinite(values))]
     if not results:
         return None
-    steps, _, value = max(results)
+    steps, _, value = max(results, key=lambda result: result[:2])
     return steps, value
 
 

@@ -20,6 +20,7 @@ from frobs_train.configuration.resolve import resolve_config, usual_algorithm
 from frobs_train.plots.plot_comparison import plot_comparison
 from frobs_train.runners.jobs import evaluation_job, training_job
 from frobs_train.runners.runner import Job, Outcome, Runner
+from frobs_train.runs.evaluation_files import is_as_trained
 from frobs_train.runs.run import Run, is_run
 from frobs_train.training.monitor import Progress
 from frobs_train.training.session import check_environment
@@ -96,7 +97,7 @@ def missing_evaluations(study: Study, folder: Path) -> list[Job]:
     jobs = []
     for path in study_folders(study, folder):
         run = Run.open(path)
-        done = [(result["steps"], result["episodes"]) for result in run.evaluations()]
+        done = [(result["steps"], result["episodes"]) for result in run.evaluations() if is_as_trained(result)]
         if not any(steps >= run.config.steps and episodes >= study.episodes for steps, episodes in done):
             jobs.append(_named(evaluation_job(path, episodes=study.episodes), path, folder))
     return jobs

@@ -26,6 +26,7 @@ from frobs_train.plots.figures import (
     save_figure,
     style,
 )
+from frobs_train.runs.evaluation_files import is_as_trained
 from frobs_train.runs.run import Run
 
 _X_LABELS: Mapping[CurveAxis, str] = {"steps": "environment steps", "time": "time of training [min]"}
@@ -184,9 +185,9 @@ def _draw(axis: Any, curves: Sequence[tuple[Floats, Floats]], color: str, label:
 
 
 def _mark_evaluation(axis: Any, member: _Curves, color: str, annotate: bool) -> None:
-    """Mark the latest evaluation that reported success, with its confidence interval."""
+    """Mark the latest evaluation that reported success and ran as in training, with its confidence interval."""
     results = [result for result in member.run.evaluations() if result.get("success_rate") is not None
-             and result.get("success_interval") is not None]  # fmt: skip
+             and result.get("success_interval") is not None and is_as_trained(result)]  # fmt: skip
     if not results:
         return
     latest = max(results, key=lambda result: (result["steps"], result["episodes"]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -35,6 +36,11 @@ class _EvaluationFile(BaseModel):
     simulator: str | None = None
     randomize: dict[str, Any] | None = None
     deterministic: bool = True
+
+
+def is_as_trained(result: Mapping[str, Any]) -> bool:
+    """Return whether an evaluation used deterministic actions, the training run's simulator and the nominal models."""
+    return not result.get("simulator") and not result.get("randomize") and result.get("deterministic", True)
 
 
 def list_evaluations(run: Path) -> list[Path]:
