@@ -70,6 +70,13 @@ def test_a_label_names_the_folder_where_too_much_differs(tmp_path: Path) -> None
     assert list(group_runs(runs)) == ["X-v0 · PPO · run0", "X-v0 · PPO · run1"]
 
 
+def test_groups_whose_folders_have_the_same_name_are_all_kept(tmp_path: Path) -> None:
+    runs = [make(tmp_path / f"{i}" / "seed0", 0, algorithm_config=dict.fromkeys("abcd", i)) for i in range(4)]
+    groups = group_runs(runs)
+    assert [run for members in groups.values() for run in members] == runs
+    assert f"X-v0 · PPO · seed0 ({runs[3].path})" in groups
+
+
 def test_the_newest_evaluation_as_trained_counts(tmp_path: Path) -> None:
     run = make(tmp_path / "a", 0, final=0.5)
     evaluated(run, 0.2, steps=1000)

@@ -32,7 +32,7 @@ def group_runs(runs: Sequence[Run]) -> dict[str, list[Run]]:
     labelled: dict[str, list[Run]] = {}
     for index, members in enumerate(groups):
         label = _label(settings, index, members[0])
-        labelled[label if label not in labelled else f"{label} ({members[0].path.name})"] = members
+        labelled[label if label not in labelled else f"{label} ({members[0].path})"] = members
     return labelled
 
 
