@@ -84,6 +84,13 @@ def test_of_one_value_no_interval_is_told() -> None:
     assert (found.value, found.low, found.high) == (0.7, None, None)
 
 
+def test_a_single_run_beside_many_has_no_interval() -> None:
+    many = np.linspace(0.0, 1.0, 10)
+    assert probability_of_improvement(np.array([0.6]), many) == Estimate(0.6, None, None)
+    assert estimate([many, np.array([0.6, 0.7])]).low is None
+    assert probability_of_improvement(np.array([0.6, 0.7, 0.8]), many).low is not None
+
+
 def test_a_band_holds_its_middle_and_closes_where_seeds_agree() -> None:
     curves = np.random.default_rng(0).normal(size=(6, 20)).cumsum(axis=1)
     curves[:, 0] = 3.0

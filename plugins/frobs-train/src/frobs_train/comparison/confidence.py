@@ -26,7 +26,8 @@ _LEVELS = (2.5, 97.5)  # percentiles that bound a 95 % interval
 class Estimate:
     """A value with its 95 % confidence interval.
 
-    The bounds are None if there is no interval: with fewer than three runs, or if all runs have the same result.
+    The bounds are None if there is no interval: if a group or stratum has fewer than three runs, or if all runs have the
+    same result.
     """
 
     value: float
@@ -88,7 +89,7 @@ def profile(strata: Sequence[Floats], thresholds: Floats) -> tuple[Floats, Float
 def _bootstrap(groups: Sequence[Floats], statistic: Callable[[list[Floats]], Floats]) -> Estimate:
     arrays = [np.asarray(group, np.float64) for group in groups]
     value = float(statistic(arrays))
-    if max(len(array) for array in arrays) < LEAST_RUNS:
+    if min(len(array) for array in arrays) < LEAST_RUNS:
         return Estimate(value, None, None)
     drawn = np.concatenate([statistic(resampled) for resampled in _resamples(arrays)])
     low, high = np.percentile(drawn, _LEVELS)
