@@ -284,6 +284,12 @@ def test_tables_have_all_groups_and_seeds(ending: str, tmp_path: Path) -> None:
         write_table(compare(runs), tmp_path / "table.xlsx")
 
 
+def test_latex_receives_no_special_characters_of_a_label(tmp_path: Path) -> None:
+    runs = [make(tmp_path / str(i), 0, algorithm_config={"a": f"~{i}^<2>"}) for i in range(2)]
+    text = write_table(compare(runs), tmp_path / "table.tex").read_text("utf-8")
+    assert r"a=\textasciitilde{}1\textasciicircum{}\textless{}2\textgreater{} &" in text
+
+
 def test_a_folder_stands_for_the_runs_in_it(tmp_path: Path) -> None:
     for name in ("a/1", "a/0", "b"):
         make(tmp_path / "runs" / name, 0)

@@ -15,7 +15,9 @@ from frobs_train.comparison.confidence import Estimate
 
 _ALL = "all environments"
 _LATEX = str.maketrans(
-    {char: f"\\{char}" for char in "&%$#_{}"} | {"·": r"$\cdot$", "–": "--", "\\": r"\textbackslash{}"}
+    {char: f"\\{char}" for char in "&%$#_{}"}
+    | {"·": r"$\cdot$", "–": "--", "\\": r"\textbackslash{}"}
+    | {"^": r"\textasciicircum{}", "~": r"\textasciitilde{}", "<": r"\textless{}", ">": r"\textgreater{}"}
 )
 
 Table = Sequence[Sequence[str]]
