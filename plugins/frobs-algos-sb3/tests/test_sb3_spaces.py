@@ -7,8 +7,9 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_algos.spaces import space_from_json, space_to_json
-from frobs_core.util.errors import CheckpointError, ConfigurationError
+from frobs_algos.spaces import NoEnvironment, space_from_json, space_to_json
+from frobs_core import plugins
+from frobs_core.util.errors import CheckpointError, ConfigurationError, IncompatibleSpaceError
 
 SPACES = [
     gym.spaces.Box(-np.inf, 0.1, (2, 3), np.float64),
@@ -25,6 +26,21 @@ SPACES = [
 @pytest.mark.parametrize("space", SPACES, ids=str)
 def test_a_space_comes_back_from_json(space: gym.Space[Any]) -> None:
     assert space_from_json(json.loads(json.dumps(space_to_json(space)))) == space
+
+
+@pytest.mark.parametrize(
+    ("observation", "action", "message"),
+    [
+        (gym.spaces.Box(-1, 1, (3,)), gym.spaces.Discrete(2, start=1), "requires actions that start at 0"),
+        (gym.spaces.Box(-1, 1, (3,)), gym.spaces.MultiDiscrete([2, 3], start=[0, 1]), "requires actions that start"),
+        (gym.spaces.Discrete(5, start=-2), gym.spaces.Discrete(2), "values that start at 0; add the wrapper Flatten"),
+    ],
+)
+def test_values_that_do_not_start_at_0_are_refused(
+    observation: gym.Space[Any], action: gym.Space[Any], message: str
+) -> None:
+    with pytest.raises(IncompatibleSpaceError, match=message):
+        plugins.get_record("algorithm", "ppo").load()(NoEnvironment(1, observation, action), {}, 0)
 
 
 def test_other_spaces_are_refused() -> None:

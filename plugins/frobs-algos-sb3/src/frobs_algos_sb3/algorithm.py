@@ -318,6 +318,13 @@ class SB3Algorithm(PolicyAlgorithm):
                 f"requires actions with finite bounds, but the action space is {space}; "
                 "give the action_space of the environment finite bounds, or choose another controller.",
             )
+        if isinstance(space, spaces.Discrete | spaces.MultiDiscrete) and np.any(space.start):
+            raise IncompatibleSpaceError(
+                f"algorithm '{self.name}'",
+                space,
+                f"requires actions that start at 0, but the action space is {space}; let the action_space of the "
+                "environment start at 0.",
+            )
 
     def _restore(self, folder: Path, saved: Mapping[str, Any], continuing: bool) -> None:
         super()._restore(folder, saved, continuing)

@@ -32,6 +32,8 @@ def check_observation_space(owner: str, space: gym.Space[Any], extractor: str | 
         name = f"the observation '{key}'" if key else "the observation"
         if isinstance(part, spaces.Dict | spaces.Tuple):
             problem = f"{name} is a {type(part).__name__} inside a Dict, which the networks do not support"
+        elif isinstance(part, spaces.Discrete | spaces.MultiDiscrete) and np.any(part.start):
+            problem = f"{name} is {part}, but the networks need values that start at 0"
         elif part.shape == () and isinstance(part, spaces.Box):
             problem = f"{name} is a number of shape (), but the networks need an array"
         elif is_image_space(part) and min(np.sort(part.shape or ())[-2:]) < smallest:
