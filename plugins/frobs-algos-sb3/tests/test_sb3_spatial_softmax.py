@@ -9,8 +9,10 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
+import torch as th
 from gymnasium import spaces
 
+from frobs_algos.encoder import Encoder
 from frobs_algos.spaces import NoEnvironment
 from frobs_core import plugins
 from frobs_core.util.errors import IncompatibleSpaceError
@@ -78,6 +80,11 @@ def test_pictures_that_it_cannot_process_are_refused(space: Any, message: str, m
     env = NoEnvironment(1, space, make().single_action_space)
     with pytest.raises(IncompatibleSpaceError, match=message):
         plugins.get_record("algorithm", "ppo").load()(env, {"policy_kwargs": POINTS}, 0)
+
+
+def test_the_encoder_computes_on_the_device_of_its_weights() -> None:
+    encoder = Encoder(3).to("meta")  # a device of its own that every machine has
+    assert encoder(th.zeros((2, 3, 24, 32), device="meta")).device.type == "meta"
 
 
 def test_vectors_are_normalized_and_pictures_are_not(monitor: Any, tmp_path: Path) -> None:

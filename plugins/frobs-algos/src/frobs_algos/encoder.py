@@ -44,6 +44,6 @@ class Encoder(nn.Module):
         maps = self.layers(pictures)
         height, width = maps.shape[2:]
         weights = th.softmax(maps.flatten(2), dim=2).reshape(*maps.shape[:2], height, width)
-        x = (weights.sum(2) * th.linspace(-1.0, 1.0, width)).sum(2)
-        y = (weights.sum(3) * th.linspace(-1.0, 1.0, height)).sum(2)
+        x = (weights.sum(2) * th.linspace(-1.0, 1.0, width, device=maps.device)).sum(2)
+        y = (weights.sum(3) * th.linspace(-1.0, 1.0, height, device=maps.device)).sum(2)
         return th.cat([x, y], dim=1)
