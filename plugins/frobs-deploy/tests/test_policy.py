@@ -10,6 +10,7 @@ from bundles import IMAGE, JOINTS, ROBOT, manifest, space, write, write_choosing
 
 from frobs_deploy import Image, Policy
 from frobs_deploy.errors import BundleError, BundleMismatchError, PolicyArgumentError
+from frobs_deploy.spaces import space_from_json
 
 
 def observation(*numbers: float) -> Any:
@@ -28,6 +29,12 @@ def test_it_acts_for_one_observation_and_for_many(arm: Path) -> None:
 
 def test_actions_are_clipped_to_their_space(arm: Path) -> None:
     np.testing.assert_array_equal(Policy(arm).act(observation(5.0, -7.0, 0.0)), observation(1.0, -1.0))
+
+
+@pytest.mark.parametrize("bounds", [{"low": math.nan}, {"high": math.nan}, {"low": [0.0, 2.0]}])
+def test_a_bundle_with_bounds_that_cannot_hold_is_refused(bounds: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match="a bound of the space Box"):
+        space_from_json(space(2, **bounds))
 
 
 def test_named_terms_make_up_a_flat_observation(arm: Path) -> None:

@@ -95,6 +95,8 @@ def space_from_json(data: Mapping[str, Any]) -> Space:
     if math.prod(shape) > MAX_SIZE:
         raise ValueError(f"a space of shape {shape} has more than {MAX_SIZE:,} numbers")
     low, high = (_array(data[name], shape, default) for name, default in (("low", -math.inf), ("high", math.inf)))
+    if not (low <= high).all():  # also false for NaN
+        raise ValueError(f"a bound of the space {data['type']} {shape} is not a number, or low exceeds high")
     return Space(data["type"], shape, dtype, low, high)
 
 
