@@ -11,9 +11,11 @@ import optuna
 import pytest
 
 from frobs_core.util.errors import ConfigurationError, RunError, UnknownNameError
+from frobs_core.util.files import write_json
 from frobs_train import Progress, Run, Search, StudyResult, TrialResult, resolve_config, tune
 from frobs_train.plots.plot_search import plot_search, setting_importance
 from frobs_train.tuning.study import PRUNERS, SAMPLERS, open_study, quiet
+from frobs_train.tuning.tune import Session
 
 LINE = "FrobsTests/Line-v0"
 FAST = ("algorithm_config.batch_size=20", "algorithm_config.n_epochs=1")
@@ -74,6 +76,20 @@ def test_the_reward_decides_among_trials_with_the_same_success(
     assert len(set(rewards.values())) == 3
     assert found.best.number == max(rewards, key=rewards.__getitem__)
     assert not tune(search(tmp_path, trials=1, folder=tmp_path / "one")).tied
+
+
+def test_trials_with_the_same_reward_are_not_reported_as_tied_in_success(space: Path, tmp_path: Path) -> None:
+    session = Session(search(tmp_path, environment="CartPole-v1"))
+    found = {"steps": 60, "episodes": 4, "mean_reward": 500.0}
+    for number in range(2):
+        run = Run.create(tmp_path / "study" / "trials" / str(number) / "seed4", session.base)
+        write_json(run.path / "evaluations" / "a.json", found)
+        attributes = {"settings": {}, "runs": [str(run.path)]}
+        session.study.add_trial(optuna.trial.create_trial(value=500.0, user_attrs=attributes))
+    assert not session.result().tied
+    for path in (tmp_path / "study").glob("trials/*/*/evaluations/a.json"):
+        write_json(path, {**found, "success_rate": 1.0})
+    assert session.result().tied
 
 
 def test_a_report_shows_importance_and_slices(space: Path, tmp_path: Path) -> None:

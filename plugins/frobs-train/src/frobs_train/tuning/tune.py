@@ -16,6 +16,7 @@ from frobs_core.util.yaml import dump_yaml
 from frobs_train.configuration.config import RunConfig, algorithm_record
 from frobs_train.errors import SearchSpaceError
 from frobs_train.evaluation.evaluate import Evaluation, evaluate
+from frobs_train.runs.evaluation_files import is_as_trained
 from frobs_train.runs.run import Run, is_run
 from frobs_train.training.monitor import Progress
 from frobs_train.training.session import check_environment
@@ -93,7 +94,9 @@ class Session:
         trials = results(self.study)
         complete = [trial for trial in trials if trial.state == "complete" and trial.value is not None]
         best = max(complete, key=lambda trial: trial.value or 0.0, default=None)
-        tied = self.search.metric != "reward" and len(complete) > 1 and len({trial.value for trial in complete}) == 1
+        tied = (
+            len(complete) > 1 and len({trial.value for trial in complete}) == 1 and self._measures_success(complete[0])
+        )
         if tied:
             best = max(complete, key=_mean_reward)
         path = None
@@ -112,6 +115,11 @@ class Session:
             tied=tied,
             best_config=path,
         )
+
+    def _measures_success(self, trial: TrialResult) -> bool:
+        """Return whether the value of a complete trial is a success rate."""
+        reported = (result.get("success_rate") for result in _evaluations(trial))
+        return self.search.metric != "reward" and any(rate is not None for rate in reported)
 
 
 def tune(
@@ -228,9 +236,14 @@ def run_trial(
 
 def _mean_reward(trial: TrialResult) -> float:
     """Return the mean reward in the newest evaluations of a trial's runs, or −∞ if one is missing."""
-    newest = [Run.open(path).evaluations()[-1:] for path in trial.runs if is_run(path)]
-    rewards = [float(result["mean_reward"]) for results in newest for result in results]
+    rewards = [float(result["mean_reward"]) for result in _evaluations(trial)]
     return float(np.mean(rewards)) if len(rewards) == len(trial.runs) else -math.inf
+
+
+def _evaluations(trial: TrialResult) -> list[dict[str, Any]]:
+    """Return the newest evaluation of each of a trial's runs that has one."""
+    found = [list(filter(is_as_trained, Run.open(path).evaluations())) for path in trial.runs if is_run(path)]
+    return [results[-1] for results in found if results]
 
 
 def _metric(search: Search, success: float | None, reward: float | None) -> float | None:
