@@ -4,9 +4,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
 from typer.testing import Result
 
-from frobs_train import Run, RunConfig
+from frobs_train import Run, RunConfig, StudyResult, TrialResult
 from frobs_train.logs.progress import STEPS, ProgressLog
 
 
@@ -49,3 +50,32 @@ def test_a_folder_that_is_no_run_is_bad_input(frobs: Callable[..., Result], tmp_
     result = frobs("compare", str(tmp_path))
     assert result.exit_code == 2
     assert "contains no config.yaml" in result.stderr
+
+
+def test_a_picture_of_unknown_format_is_reported_before_the_work(
+    frobs: Callable[..., Result], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def work(*_: Any) -> None:
+        pytest.fail("the command did the work first")
+
+    monkeypatch.setattr("frobs_train.cli.compare._evaluate", work)
+    monkeypatch.setattr("frobs_train.cli.tune._watched", work)
+    run = make(tmp_path / "a", 0, 0.9)
+    for command in (("compare", run, "--evaluate", "5", "--plot"), ("tune", "CartPole-v1", "--report")):
+        result = frobs(*command, "picture.gif")
+        assert result.exit_code == 2
+        assert "ends in .png, .pdf or .svg" in result.stderr
+
+
+def test_a_search_too_short_for_a_report_is_still_printed(
+    frobs: Callable[..., Result], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trial = TrialResult(number=0, state="complete", value=7.0, settings={}, runs=(), seconds=1.0, error="")
+    study = StudyResult(
+        name="n", storage="s", folder=tmp_path, trials=(trial,), best=trial, tied=False, best_config=tmp_path / "b.yaml"
+    )
+    monkeypatch.setattr("frobs_train.cli.tune._watched", lambda *_: study)
+    result = frobs("tune", "CartPole-v1", "--report", str(tmp_path / "report.png"))
+    assert result.exit_code == 2
+    assert "1 complete trials, too few" in result.stderr
+    assert "7 in trial 0" in result.stdout

@@ -70,8 +70,11 @@ def compare(
     """
     from frobs_train import compare as compare_runs
     from frobs_train import find_runs, plot_comparison, write_table
+    from frobs_train.plots.figures import check_picture
 
     episodes, picture = options.episodes, options.picture
+    if picture is not None:
+        check_picture(picture)  # before the evaluations, which may take long
     if episodes is None and not runner.is_local:
         raise CommandLineError("--runner", "this option requires --evaluate N, because only evaluations run as jobs.")
     chosen = runner.open()

@@ -54,8 +54,11 @@ def tune(
         $ frobs train frobs/Irb120Reach-v0 --config studies/frobs/Irb120Reach-v0/ppo/best.yaml
     """
     from frobs_core.plugins.registry import find_spec
+    from frobs_train.plots.figures import check_picture
 
     find_spec(env_id)
+    if report is not None:
+        check_picture(report)  # before the search, which may take hours
     search = replace(search, environment=env_id, flags={**asdict(flags), "seed": seed})
     chosen = runner.open()
     with only_json(json):
@@ -63,15 +66,16 @@ def tune(
             study = _watched(search, chosen)
         except KeyboardInterrupt:
             raise KeyboardInterrupt("run the same command again to continue the study") from None
-        if report is not None:
-            from frobs_train.plots.plot_search import plot_search
+    if not json:
+        _print(study, env_id)
+    if report is not None:
+        from frobs_train.plots.plot_search import plot_search
 
+        with only_json(json):
             plot_search(study, report)
     if json:
         print_json({**study.to_dict(), "report": report})
-        return
-    _print(study, env_id)
-    if report is not None:
+    elif report is not None:
         print_line(str(report))
 
 
