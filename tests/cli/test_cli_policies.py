@@ -11,6 +11,7 @@ from typer.testing import Result
 
 from frobs_cli.completion import complete_policy
 from frobs_core.plugins.registry import pretrained_path
+from frobs_core.util.errors import RenderingUnavailableError
 
 Frobs = Callable[..., Result]
 Facts = Callable[..., Any]
@@ -70,3 +71,13 @@ def test_policies_are_listed_and_completed(facts: Facts) -> None:
         "trained": "frobs-train",
     }
     assert complete_policy("") == ["expert", "pretrained", "random", "teleop", "teleop:gamepad", "teleop:keyboard"]
+
+
+def test_without_a_screen_the_same_command_records_a_video(frobs: Frobs, monkeypatch: pytest.MonkeyPatch) -> None:
+    def view(*_: Any, **__: Any) -> None:
+        raise RenderingUnavailableError("there is no display", "xvfb")
+
+    monkeypatch.setattr("frobs_train.view", view)
+    monkeypatch.setattr("frobs_train.cli.opened.PolicyChoice.open", lambda *_: None)
+    result = frobs("play", "CartPole-v1", "--model", "model.zip", "--trust")
+    assert "apt-get install xvfb. To record a video instead, repeat the command with --video FILE." in result.stderr

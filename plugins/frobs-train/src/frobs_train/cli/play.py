@@ -50,8 +50,7 @@ def play(
         try:
             view(opened, randomized=randomized, checkpoint=checkpoint)
         except RenderingUnavailableError as error:
-            flag = f" --policy {policy.name}" if policy.name else ""
-            raise RunError(f"{error} To record a video instead, run 'frobs play {run}{flag} --video FILE'.") from error
+            raise RunError(f"{error}. To record a video instead, repeat the command with --video FILE.") from error
         return
     with working("recording") as show:
         path = record_video(
