@@ -80,6 +80,7 @@ def test_only_an_evaluation_as_trained_completes_a_run(tmp_path: Path) -> None:
         ("environments: [A-v0]\nseeds: [1, 1]", "a value twice"),
         ("environments: [A-v0]\nseeds: 0", "seeds"),
         ("environments: [A-v0]\nepisodes: many", "episodes"),
+        ("environments: [A-v0]\nsettings: {seed: 7}", "settings.seed would be ignored; write the key 'seeds'"),
     ],
 )
 def test_a_bad_file_is_named(content: str, says: str, tmp_path: Path) -> None:

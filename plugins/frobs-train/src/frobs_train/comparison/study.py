@@ -49,11 +49,14 @@ class Study(BaseModel):
     settings: dict[str, Any] = {}
 
     @model_validator(mode="after")
-    def _without_repetition(self) -> Study:
+    def _check(self) -> Study:
         for name in ("environments", "algorithms", "seeds"):
             values = getattr(self, name)
             if isinstance(values, list) and len(set(values)) < len(values):
                 raise ValueError(f"{name}: {values} contains a value twice")
+        for key in ("environment", "algorithm", "seed"):
+            if key in self.settings:
+                raise ValueError(f"settings.{key} would be ignored; write the key '{key}s' of the study instead")
         return self
 
 
