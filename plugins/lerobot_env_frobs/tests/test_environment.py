@@ -40,6 +40,12 @@ def test_attributes_that_lerobot_reads(lift: LeRobotEnv) -> None:
     assert lift.metadata["render_fps"] == 25
 
 
+def test_a_control_timestep_replaces_the_rounded_rate() -> None:
+    with closing(make("PandaLift-v0", fps=36, kwargs={"control_timestep": 0.028}, render_mode=None)) as env:
+        assert env.unwrapped.control_timestep == 0.028  # type: ignore[attr-defined]
+        assert env.metadata["render_fps"] == 36
+
+
 def test_goals_belong_to_the_environment_state() -> None:
     with closing(make("frobs/PandaPickAndPlaceGoal-v0", render_mode=None)) as env:
         observation, _ = env.reset(seed=0)

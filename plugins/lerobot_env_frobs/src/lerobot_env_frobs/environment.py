@@ -50,7 +50,7 @@ def make(
     pictures = {name: {"camera": name, "size": list(image_size)} for name in cameras}
     keywords["observations"] = {**pictures, **keywords.get("observations", {})}
     if fps:
-        keywords["control_timestep"] = 1.0 / fps
+        keywords.setdefault("control_timestep", 1.0 / fps)  # fps is rounded if LeRobot read it from the environment
     if episode_length:
         keywords["max_episode_steps"] = episode_length
     id = f"frobs_core:{task if '/' in task else f'frobs/{task}'}"  # importing frobs_core registers the IDs
