@@ -120,6 +120,10 @@ def test_a_study_is_not_continued_with_something_else(space: Path, tmp_path: Pat
 def test_what_is_set_is_not_searched(space: Path, tmp_path: Path) -> None:
     found = tune(search(tmp_path, trials=1, settings=(*FAST, "algorithm_config.n_steps=30")))
     assert list(found.trials[0].settings) == ["algorithm_config.learning_rate"]
+    section = "algorithm_config={n_steps: 30, batch_size: 20, n_epochs: 1}"
+    found = tune(search(tmp_path, trials=1, settings=(section,), folder=tmp_path / "section"))
+    assert list(found.trials[0].settings) == ["algorithm_config.learning_rate"]
+    assert Run.open(found.trials[0].runs[0]).config.algorithm_config["n_steps"] == 30
     everything = ("algorithm_config.n_steps=30", "algorithm_config.learning_rate=1e-3")
     with pytest.raises(ConfigurationError, match="nothing is left"):
         tune(search(tmp_path, settings=everything, folder=tmp_path / "other"))

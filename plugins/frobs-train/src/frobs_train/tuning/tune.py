@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from frobs_cli.facts import dotted
 from frobs_core.util.errors import ConfigurationError, RunError, UnknownParameterError
 from frobs_core.util.files import write_text
 from frobs_core.util.validation import whole_number
-from frobs_core.util.yaml import dump_yaml
+from frobs_core.util.yaml import dump_yaml, merge
 from frobs_train.configuration.config import RunConfig, algorithm_record
+from frobs_train.configuration.resolve import read_setting
 from frobs_train.errors import SearchSpaceError
 from frobs_train.evaluation.evaluate import Evaluation, evaluate
 from frobs_train.runs.evaluation_files import is_as_trained
@@ -260,9 +262,9 @@ def _final(search: Search, found: Evaluation) -> float:
 
 def _space(search: Search, base: RunConfig) -> SearchSpace:
     """Return the search space without the fixed settings, after checking that its keys exist."""
-    fixed = {text.partition("=")[0].strip() for text in search.settings}
+    fixed = dotted(merge(*map(read_setting, search.settings)))
     full = load_space(algorithm_record(base.algorithm), search.space)
-    space = {key: dimension for key, dimension in full.items() if key not in fixed}
+    space = {key: dimension for key, dimension in full.items() if not any(_overlap(key, name) for name in fixed)}
     if not space:
         raise SearchSpaceError("nothing is left to search: every setting of the search space has a fixed value.")
     for key, dimension in space.items():
@@ -273,3 +275,8 @@ def _space(search: Search, base: RunConfig) -> SearchSpace:
         except ConfigurationError:
             continue  # the value may be valid with other settings; if not, the trial fails
     return space
+
+
+def _overlap(key: str, other: str) -> bool:
+    """Return whether two dotted keys are equal, or one of them names a section that contains the other."""
+    return f"{key}.".startswith(f"{other}.") or f"{other}.".startswith(f"{key}.")
