@@ -7,6 +7,7 @@ import pytest
 
 from frobs_core.util.errors import ConfigurationError, IncompatibleSpaceError, UnknownNameError
 from frobs_train import RunConfig, resolve_config, train
+from frobs_train.cli.train import _print
 from frobs_train.errors import JobsError, RunExistsError
 from frobs_train.logs.progress import read_progress
 from frobs_train.runners.jobs import estimate_memory, evaluation_job
@@ -91,3 +92,12 @@ def test_bad_input_is_found_before_a_seed_begins(tmp_path: Path) -> None:
     with pytest.raises(IncompatibleSpaceError):
         next(train_seeds(cart_pole(algorithm="sac"), [0, 1], LOCAL, tmp_path / "runs"))
     assert not (tmp_path / "runs").exists()
+
+
+def test_the_next_command_names_the_runs_that_were_trained(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    row = {"success": None, "reward": 1.0, "seconds": 1.0}
+    _print(cart_pole(), [{**row, "seed": seed, "run": tmp_path / "my runs" / f"seed{seed}_2"} for seed in (0, 1)])
+    assert capsys.readouterr().out.splitlines()[-1] == "next: frobs compare 'my runs/seed0_2' 'my runs/seed1_2'"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass
@@ -200,4 +201,4 @@ def _print(config: RunConfig, trained: list[Mapping[str, Any]]) -> None:
     ]
     print_table(["seed", "success", "reward", "time", "run"], table)
     print_line()
-    print_line(f"next: frobs compare {short_path(trained[0]['run']).rstrip('0123456789')}*")
+    print_line(f"next: {shlex.join(['frobs', 'compare', *(short_path(row['run']) for row in trained)])}")
