@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from frobs_cli.errors import CommandLineError
 from frobs_cli.field_options import option
 
 if TYPE_CHECKING:
@@ -57,5 +59,7 @@ class RunnerChoice:
         """Return the runner."""
         from frobs_train.runners.runner import RunnerOptions, load_runner
 
+        if self.memory is not None and not math.isfinite(self.memory):
+            raise CommandLineError("--memory", f"{self.memory} is not a number of GB.")
         size = None if self.memory is None else int(self.memory * 1e9)
         return load_runner(self.runner, RunnerOptions(address=self.ray_address, processors=self.cpus, memory=size))
