@@ -33,6 +33,7 @@ BAD = {
     "run to plot": (("plot", "nowhere"), "nowhere is not a folder"),
     "run to play": (("play", "nowhere"), "nowhere is not a folder"),
     "run to show": (("show", "run:nowhere"), "nowhere is not a folder"),
+    "settings of a part": (("show", "irb120", "--config"), "--config: this option requires a run folder"),
     "memory": (("evaluate", "nowhere", "--memory", "inf"), "--memory: inf is not a number of GB"),
     "video and viewer": (("play", "nowhere", "--video", "x.mp4", "--viewer"), "cannot be combined"),
 }

@@ -93,6 +93,8 @@ def show(
             )
         else:
             descriptions = [describe() for describe in _meanings(name)]
+        if config and not any("config" in facts for facts in descriptions):
+            raise CommandLineError("--config", f"this option requires a run folder, but '{name}' is none.")
         if picture is not None:
             if robot is None:
                 raise CommandLineError(
