@@ -10,6 +10,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
+from frobs_sim_mujoco.geoms import VISUAL_GROUP
 from frobs_sim_mujoco.rendering import Renderer
 
 pytestmark = pytest.mark.needs("rendering")
@@ -90,3 +91,16 @@ def test_a_program_ends_without_closing_its_environments() -> None:
     assert (done.returncode, done.stdout.strip()) == (0, "True"), done.stderr
     assert "Traceback" not in done.stderr, done.stderr
     assert "Exception ignored" not in done.stderr, done.stderr
+
+
+def test_the_color_of_a_link_is_that_of_its_first_drawn_shape() -> None:
+    env: Any = gym.make("frobs_core:frobs/Irb120Reach-v0").unwrapped
+    sim = env.simulation
+    np.testing.assert_allclose(sim.parameter("color", "robot/link_1"), [[0.96, 0.42, 0.08]], atol=1e-6)
+    sim.write_parameter("color", "robot/link_1", np.array([[0.1, 0.2, 0.9]]))
+    drawn = sim._drawn()
+    drawn.show(0)
+    model = drawn.model
+    link = model.geom_rgba[(model.geom_bodyid == model.body("robot/link_1").id) & (model.geom_group == VISUAL_GROUP)]
+    np.testing.assert_allclose(link[:, :3], np.tile([0.1, 0.2, 0.9], (3, 1)), atol=1e-6)
+    env.close()

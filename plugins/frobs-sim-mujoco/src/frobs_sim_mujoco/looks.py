@@ -10,7 +10,7 @@ import numpy as np
 
 from frobs_core.util.arrays import Floats
 from frobs_models import WrittenLooks
-from frobs_sim_mujoco.geoms import VISUAL_GROUP
+from frobs_sim_mujoco.geoms import ROBOT_GROUPS, VISUAL_GROUP
 from frobs_sim_mujoco.scenery import SKY
 
 PATTERNS, DISTRACTORS = 64, 8
@@ -239,7 +239,8 @@ def pattern(number: int) -> np.ndarray[Any, np.dtype[np.uint8]]:
 
 def _plain(model: mujoco.MjModel) -> np.ndarray[Any, np.dtype[np.intp]]:
     """Return the drawn geoms without a material, except those of the world."""
-    return np.flatnonzero((model.geom_matid < 0) & (model.geom_bodyid > 0))
+    is_drawn = ~np.isin(model.geom_group, ROBOT_GROUPS)
+    return np.flatnonzero(is_drawn & (model.geom_matid < 0) & (model.geom_bodyid > 0))
 
 
 def _floor(model: mujoco.MjModel) -> int | None:
