@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_sim_mujoco.geoms import VISUAL_GROUP
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Camera, Placement, Robot, Scene
+from frobs_core.models import load_model
+from frobs_sim_mujoco.geoms import ROBOT_GROUPS, VISUAL_GROUP
 from frobs_sim_mujoco.rendering import Renderer
+from frobs_sim_mujoco.simulation import MujocoSimulation
 
 pytestmark = pytest.mark.needs("rendering")
 LENS = {"fx": 60.0, "fy": 70.0, "cx": 10.0, "cy": 55.0, "width": 64, "height": 64}
@@ -104,3 +109,30 @@ def test_the_color_of_a_link_is_that_of_its_first_drawn_shape() -> None:
     link = model.geom_rgba[(model.geom_bodyid == model.body("robot/link_1").id) & (model.geom_group == VISUAL_GROUP)]
     np.testing.assert_allclose(link[:, :3], np.tile([0.1, 0.2, 0.9], (3, 1)), atol=1e-6)
     env.close()
+
+
+MJCF = """<mujoco><worldbody><body name="base"><geom type="box" size=".2 .2 .2" rgba="1 0 0 1"/>
+<body name="arm" pos="0 0 .6"><joint name="a"/><geom type="sphere" size=".1"/>
+<geom type="sphere" size=".2" contype="0" conaffinity="0"/>
+<body name="tip" pos=".7 0 0"><joint name="b"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
+<site name="mark" size=".2"/></body></body></body></worldbody></mujoco>"""
+
+
+def test_bodies_of_mjcf_files_are_drawn_and_told_apart(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xml"
+    path.write_text(MJCF)
+    placement = Placement(
+        robot=Robot(model=str(path), tcp="tip"), model=load_model(path), command_mode=CommandMode.EFFORT
+    )
+    camera = Camera(pos=(0.3, -3.0, 0.4), target=(0.3, 0.0, 0.4))
+    scene = Scene(cameras={"front": camera}, floor=False)
+    sim = MujocoSimulation({"robot": placement}, scene, num_envs=1, physics_timestep=0.002)
+    segments = sim.render(size=(120, 160), modality="segmentation")[0, :, :, 0]
+    assert set(np.unique(segments)) == {-1, *(sim.body_ids[f"robot/{link}"] for link in ("base", "arm", "tip"))}
+    base = sim.render(size=(120, 160))[0][segments == sim.body_ids["robot/base"]]
+    assert (base[:, 0] > 2 * base[:, 1]).mean() > 0.9  # red, except at edges
+    model = sim._drawn().model  # a body with visual shapes shows only these
+    arm = model.geom_bodyid == model.body("robot/arm").id
+    assert model.geom_group[arm].tolist() == [ROBOT_GROUPS[0], VISUAL_GROUP]
+    assert set(sim.model.geom_group[sim.model.geom_contype > 0]) == {ROBOT_GROUPS[0]}  # its lidars do not see it
+    sim.close()

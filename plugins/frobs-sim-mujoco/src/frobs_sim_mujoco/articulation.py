@@ -135,8 +135,11 @@ def add_drives(spec: mujoco.MjSpec, robot: str, placement: Placement) -> None:
         )
 
 
-def attach_mjcf(spec: mujoco.MjSpec, name: str, placement: Placement, group: int) -> None:
-    """Attach the robot in an MJCF file, using the parsed model's joint names and omitting the file's actuators."""
+def attach_mjcf(spec: mujoco.MjSpec, name: str, placement: Placement, group: int, visuals: bool) -> None:
+    """Attach the robot in an MJCF file, using the parsed model's joint names and omitting the file's actuators.
+
+    If ``visuals`` is set, the collision shapes of bodies without visual shapes are drawn.
+    """
     model = placement.model
     document = ElementTree.fromstring(model.xml)  # this XML contains all names, a single root body and absolute paths
     for section in _OF_THE_SIMULATION:
@@ -163,8 +166,11 @@ def attach_mjcf(spec: mujoco.MjSpec, name: str, placement: Placement, group: int
     for body in robot.bodies[1:]:
         if not body.explicitinertial and all(geom.mass == 0.0 for geom in body.geoms):
             remove_mass(body)
-    for geom in robot.geoms:
-        geom.group = group if geom.contype or geom.conaffinity else VISUAL_GROUP
+    for body in robot.bodies:
+        colliding = [bool(geom.contype or geom.conaffinity) for geom in body.geoms]
+        of_colliding = VISUAL_GROUP if visuals and all(colliding) else group
+        for geom, collides in zip(body.geoms, colliding, strict=True):
+            geom.group = of_colliding if collides else VISUAL_GROUP
     frame = spec.worldbody.add_frame()
     root = frame.attach_body(roots[0], f"{name}/", "")
     root.pos, root.quat = placement.pose.pos, placement.pose.quat_wxyz

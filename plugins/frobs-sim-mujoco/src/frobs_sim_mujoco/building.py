@@ -83,7 +83,7 @@ def build_model(
     for number, (name, placement) in enumerate(robots.items()):
         group = ROBOT_GROUPS[min(number, len(ROBOT_GROUPS) - 1)]
         if placement.model.format == "mjcf":
-            attach_mjcf(spec, name, placement, group)
+            attach_mjcf(spec, name, placement, group, visuals)
         else:
             add_robot(spec, name, placement, group, visuals)
         for link, friction in placement.robot.friction.items():

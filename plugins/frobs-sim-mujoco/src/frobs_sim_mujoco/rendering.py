@@ -127,6 +127,11 @@ class Renderer:
         for group in ROBOT_GROUPS:
             self._option.geomgroup[group] = 0
         self._groups = self._model.geom_group.copy()
+        # Bodies of the shapes and of the sites, which MJCF files can contain, by type.
+        self._owners = {
+            int(mujoco.mjtObj.mjOBJ_GEOM): self._model.geom_bodyid,
+            int(mujoco.mjtObj.mjOBJ_SITE): self._model.site_bodyid,
+        }
         self._planes = int(np.count_nonzero(self._model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE))
 
     def _renderer(self, size: tuple[int, int], fast: bool) -> mujoco.Renderer:
@@ -178,9 +183,12 @@ class Renderer:
                 return picture
             case _:
                 renderer.enable_segmentation_rendering()
-                geoms = renderer.render()[..., :1]
+                objects, types = np.split(renderer.render(), 2, axis=-1)
                 renderer.disable_segmentation_rendering()
-                return np.where(geoms < 0, -1, self._model.geom_bodyid[geoms]).astype(np.int32)
+                bodies = np.full(objects.shape, -1, np.int32)
+                for kind, owners in self._owners.items():
+                    bodies[types == kind] = owners[objects[types == kind]]
+                return bodies
 
     def _is_in_view(self, scene: mujoco.MjvScene, size: tuple[int, int]) -> np.ndarray[Any, np.dtype[np.bool_]]:
         """Return whether the bounding sphere of each geom touches the view of the scene's camera, (ngeom,)."""
