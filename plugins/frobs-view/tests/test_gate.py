@@ -200,6 +200,12 @@ def test_an_address_of_another_machine_is_one_clear_error() -> None:
         ViewServer(host="192.0.2.1")
 
 
+@pytest.mark.parametrize("address", [{"host": "robot..lab"}, {"host": "a" * 64}, {"port": 70_000}])
+def test_an_impossible_address_is_one_clear_error(address: dict[str, Any]) -> None:
+    with pytest.raises(RunError, match=r"cannot listen at .*choose another host or port"):
+        ViewServer(**address)
+
+
 def test_a_port_in_use_is_an_error_only_if_it_was_asked_for(server: ViewServer) -> None:
     with pytest.raises(RunError, match="in use"):
         ViewServer(port=port_of(server))

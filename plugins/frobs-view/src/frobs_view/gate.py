@@ -104,10 +104,10 @@ class Gate:
         for port in ports:
             try:
                 server = await self._listen(port)
-            except OSError as error:
-                if error.errno == errno.EADDRINUSE and port != ports[-1]:
+            except (OSError, UnicodeError, OverflowError) as error:  # the latter two for impossible names and ports
+                if getattr(error, "errno", None) == errno.EADDRINUSE and port != ports[-1]:
                     continue
-                reason = error.strerror or str(error)
+                reason = getattr(error, "strerror", None) or str(error)
                 text = f"cannot listen at {self._host}, port {port}: {reason}; choose another host or port."
                 self._ready.set_exception(RunError(text))
                 return
