@@ -165,6 +165,12 @@ def test_a_delay_that_is_no_whole_number_of_steps_names_the_nearest(world: World
         world(1, scan=replace(SCAN, delay=0.05))
 
 
+def test_a_delay_in_milliseconds_is_rejected_before_its_samples_are_allocated(world: World) -> None:
+    world(1, scan=replace(SCAN, delay=20.0))
+    with pytest.raises(ConfigurationError, match=r"delay of 2e\+09 s is 100,000,000,000 control steps; at most 1,000"):
+        world(1, scan=replace(SCAN, delay=2e9))
+
+
 def test_unknown_names_are_refused(world: World) -> None:
     w = world(1, scan=SCAN)
     with pytest.raises(UnknownNameError, match="Did you mean 'scan'"):

@@ -12,6 +12,9 @@ from frobs_core.util.random import RandomSource
 
 _CLOSE = 1e-6
 
+MAX_DELAY = 1_000
+"""Maximum delay of a sensor or camera [control steps], because all samples that have not arrived are stored."""
+
 
 class Channel(Stateful):
     """Samples of one sensor, including samples that have not arrived yet.
@@ -133,5 +136,11 @@ def count_delay(keyword: str, name: str, sensor: Sensor, control_timestep: float
             f"{keyword}.{name}",
             f"a delay of {sensor.delay:g} s is not a multiple of the control_timestep of {control_timestep:g} s; "
             f"use {' or '.join(near)} s, as in {keyword}={{'{name}': {{'delay': {near[1]}}}}}.",
+        )
+    if nearest > MAX_DELAY:
+        raise SettingError(
+            f"{keyword}.{name}",
+            f"a delay of {sensor.delay:g} s is {nearest:,} control steps; at most {MAX_DELAY:,} are possible, which is "
+            f"{MAX_DELAY * control_timestep:g} s.",
         )
     return nearest
