@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import pytest
 from frobs_core.contracts import CommandMode
 from frobs_core.description import Camera, Placement, Robot, Scene
 from frobs_core.models import load_model
+from frobs_core.util.errors import SimulationError
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS, VISUAL_GROUP
 from frobs_sim_mujoco.rendering import Renderer
 from frobs_sim_mujoco.simulation import MujocoSimulation
@@ -136,3 +138,14 @@ def test_bodies_of_mjcf_files_are_drawn_and_told_apart(tmp_path: Path) -> None:
     assert model.geom_group[arm].tolist() == [ROBOT_GROUPS[0], VISUAL_GROUP]
     assert set(sim.model.geom_group[sim.model.geom_contype > 0]) == {ROBOT_GROUPS[0]}  # its lidars do not see it
     sim.close()
+
+
+def test_rendering_in_a_second_thread_is_one_clear_error_or_works() -> None:
+    env: Any = gym.make("frobs_core:frobs/Irb120Reach-v0", render_mode="rgb_array")
+    env.reset(seed=0)
+    env.render()
+    with ThreadPoolExecutor(1) as thread:
+        error = thread.submit(env.render).exception()
+    assert error is None or (isinstance(error, SimulationError) and "in one thread" in str(error))
+    assert env.render().shape == (480, 640, 3)
+    env.close()

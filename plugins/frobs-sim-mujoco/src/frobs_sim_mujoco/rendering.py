@@ -6,6 +6,7 @@ import importlib
 import os
 import subprocess
 import sys
+import threading
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from copy import copy
@@ -19,7 +20,7 @@ from mujoco.rendering.classic import gl_context
 
 from frobs_core.description import Marker
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import RenderingUnavailableError
+from frobs_core.util.errors import RenderingUnavailableError, SimulationError
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS
 from frobs_sim_mujoco.looks import Appearance, Looks
 
@@ -241,6 +242,7 @@ class RenderPool:
         if num_threads > 1:  # otherwise Mesa draws each image with several threads, which wait for each other
             os.environ.setdefault("LP_NUM_THREADS", "0")
         self._drawn, self._first = drawn, Renderer(drawn)
+        self._owner = threading.get_ident()
         self._threads = [ThreadPoolExecutor(1, "render") for _ in range(num_threads - 1)]
         self._others: list[Renderer | None] = [None] * len(self._threads)
 
@@ -264,6 +266,13 @@ class RenderPool:
         ]
         try:
             work(0, self._first)
+        except Exception as error:
+            if threading.get_ident() == self._owner:
+                raise
+            raise SimulationError(
+                "images can only be rendered in the thread that rendered the first one, because an OpenGL context "
+                f"belongs to a thread ({type(error).__name__}); render all images of this simulation in one thread."
+            ) from error
         finally:
             wait(futures)
         for future in futures:
