@@ -141,7 +141,7 @@ class UnknownNameError(PluginError):
         self, kind: str, name: str, available: Iterable[str], failed: Sequence[str] = (), install_hint: str = ""
     ) -> None:
         self.kind = kind
-        self.name = name
+        self.name = name = str(name)  # settings can contain numbers or None
         self.available = tuple(sorted(available))
         self.failed = tuple(failed)
         self.install_hint = local_install_hint(install_hint)

@@ -184,6 +184,11 @@ def test_the_sparse_reward_is_for_the_goal_alone(make):
     [
         ({"observation": ("distanse",)}, UnknownNameError, "'distance'"),
         ({"observation": ()}, ConfigurationError, "at least one"),
+        ({"observation": "distance"}, ConfigurationError, "observation is 'distance'; it must be a list of names"),
+        ({"observation": None}, ConfigurationError, "observation is None; it must be a list of names"),
+        ({"observation": [1]}, UnknownNameError, "no term of the observation is named '1'"),
+        ({"floor_plan": 5}, ConfigurationError, "floor_plan is 5; it must be the name of a built-in plan"),
+        ({"lidar": None}, UnknownNameError, "Available: lidar"),
         ({"observation": ("yaw", "yaw")}, ConfigurationError, "without duplicates"),
         ({"tolerance": 0.0}, ConfigurationError, "tolerance"),
         ({"time_penalty": -1.0}, ConfigurationError, "time_penalty"),

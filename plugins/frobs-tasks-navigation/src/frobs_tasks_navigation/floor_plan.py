@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
 
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import ConfigFileError, ConfigurationError, ModelFileError
+from frobs_core.util.errors import ConfigFileError, ConfigurationError, ModelFileError, ParameterValueError
 from frobs_core.util.validation import validate
 from frobs_core.util.yaml import load_yaml
 from frobs_models import resolve_path
@@ -231,6 +231,10 @@ def read_floor_plan(plan: str | Path | Mapping[str, Any]) -> FloorPlan:
     """
     if isinstance(plan, Mapping):
         return validate(FloorPlan, plan, "the floor plan")
+    if not isinstance(plan, str | Path):
+        raise ParameterValueError(
+            "floor_plan", plan, "the name of a built-in plan, the path of a YAML file, or a mapping"
+        )
     if plan in BUILT_IN:
         path = Path(str(files("frobs_tasks_navigation"))) / "plans" / f"{plan}.yaml"
     else:

@@ -148,6 +148,8 @@ class Navigate(Task):
     ) -> None:
         self.plan = read_floor_plan(floor_plan)
         self.tolerance = positive("tolerance", tolerance)
+        if isinstance(observation, str) or not isinstance(observation, Sequence):
+            raise ParameterValueError("observation", observation, "a list of names of observation terms")
         self._observed = tuple(observation)
         for name in self._observed:
             check_name("term of the observation", name, OBSERVABLE)
