@@ -193,7 +193,13 @@ def test_gymnasium_makes_it():
             "a bound has 2 numbers; for each bound, write one number",
         ),
         ({"gravity": {"add": [[1, 1], [2, 2]]}}, ConfigurationError, "three numbers for x, y and z"),
-        ({"gravity": {"scale": 1.0, "every": {"seconds": 0.05}}}, ConfigurationError, "0.04 s would work"),
+        (
+            {"gravity": {"scale": 1.0, "every": {"seconds": 0.05}}},
+            ConfigurationError,
+            r"^randomize\.gravity: an interval of 0\.05 s .* 0\.04 s would work",
+        ),
+        ({"size": {"scale": 1.1}}, ConfigurationError, "this environment has nothing whose size can be changed"),
+        ({"color": {"target": "x", "set": 1}}, UnknownNameError, "Available: floor, robot/base_link, robot/link_1, "),
     ],
 )
 def test_what_does_not_fit_the_model_is_refused(make, given, error, says):

@@ -139,7 +139,7 @@ class Draw(Stateful):
         self.numbers: Floats = np.zeros((num_envs,) if setting.distribution.integer else (num_envs, width))
         self._width = width
         self.changes_in_episode = self._when == "interval"
-        self._shortest, self._longest = setting.schedule.steps(control_timestep, setting.stream)
+        self._shortest, self._longest = setting.schedule.steps(control_timestep, setting.place)
         self._due = np.zeros(num_envs, np.uint64)  # step of the episode at which the next draw is due
         self._all = np.ones(num_envs, np.bool_)
 

@@ -68,6 +68,10 @@ class PhysicalParameter(Stateful):
                 f"{_WITHOUT_EFFECT[name, modes.pop()]}; remove the setting, or choose another controller.",
             )
         units = find_units(simulation, name)
+        if not units:
+            raise SettingError(
+                settings[0].place, f"this environment has nothing whose {name} can be changed; remove this setting."
+            )
         self.names = tuple(column for unit in units for column in unit.names)
         self.nominal: Floats = np.concatenate([unit.nominal for unit in units], axis=1)  # (num_envs, columns)
         self.current = self.nominal.copy()

@@ -79,7 +79,7 @@ def matches(patterns: Sequence[str], names: Sequence[str], what: str) -> list[in
             if fnmatchcase(name, pattern) or fnmatchcase(name.removeprefix(f"{ROBOT}/"), pattern)
         }
         if not hits:
-            raise UnknownNameError(what, pattern, names)
+            raise UnknownNameError(what, pattern, list(dict.fromkeys(names)))
         found |= hits
     return sorted(found)
 
