@@ -304,13 +304,13 @@ class PhysicsParameterError(ConfigurationError):
 
     Args:
         parameter: Name of the parameter, such as ``"mass"``.
-        target: The link, body or robot.
+        target: The link, body or robot, or an empty string for a parameter of the whole scene.
         reason: The problem.
     """
 
     def __init__(self, parameter: str, target: str, reason: str) -> None:
         self.parameter, self.target, self.reason = parameter, target, reason
-        super().__init__(f"{parameter} of '{target}' {reason}")
+        super().__init__(f"{parameter} of '{target}' {reason}" if target else f"{parameter} {reason}")
 
 
 class SettingError(ConfigurationError):

@@ -15,7 +15,7 @@ import pytest
 from frobs_core.contracts import CommandMode
 from frobs_core.description import Camera, Placement, Robot, Scene
 from frobs_core.models import load_model
-from frobs_core.util.errors import SimulationError
+from frobs_core.util.errors import ConfigurationError, SimulationError
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS, VISUAL_GROUP
 from frobs_sim_mujoco.rendering import Renderer
 from frobs_sim_mujoco.simulation import MujocoSimulation
@@ -79,6 +79,11 @@ def test_the_sky_has_the_color_of_its_environment(simulation: Any) -> None:
     assert (
         np.abs(after[0][sky[0]] - 255.0 * simulation.parameter("color", "sky")[0]).max() <= 0.5
     )  # plain, not a gradient
+
+
+def test_too_many_distractors_are_rejected_with_the_exact_limit(simulation: Any) -> None:
+    with pytest.raises(ConfigurationError, match=r"^distractors must be in \[0, 8\.999999\]"):
+        simulation.write_parameter("distractors", "", np.full(12, 9.0))
 
 
 def test_full_images_after_fast_ones_show_all_shadows(simulation: Any) -> None:

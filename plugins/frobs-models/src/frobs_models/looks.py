@@ -77,7 +77,7 @@ class WrittenLooks(ABC):
             raise PhysicsParameterError(name, target, "must be finite.")
         low, high = self.limits.get(name, (-np.inf, np.inf))
         if name != "color" and not ((values >= low) & (values <= high)).all():
-            raise PhysicsParameterError(name, target, f"must be in [{low:g}, {high:g}].")
+            raise PhysicsParameterError(name, target, f"must be in [{low:.7g}, {high:.7g}].")
         if (name, target) not in self.values:
             self.values[name, target] = self.read(name, target)
         self.values[name, target][rows_of(mask)] = np.clip(values, low, high)
