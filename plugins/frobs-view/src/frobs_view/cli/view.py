@@ -80,7 +80,7 @@ def view(
     from frobs_view.server import ViewServer
 
     show = _show_robot if _is_robot(target) else _show_environment
-    if options.follow and (show is _show_robot or Path(target).is_file()):
+    if options.follow and (show is _show_robot or Path(target).is_file() or _is_id(target)):
         raise ConflictingOptionsError(["--follow", target], "only a run folder can be followed")
     with ExitStack() as stack:
         stack.enter_context(suppress(KeyboardInterrupt))
@@ -95,6 +95,19 @@ def _is_robot(target: str) -> bool:
     from frobs_core.models import is_model_file
 
     return is_robot_file(target) or is_model_file(target) or target in plugins.records("robot")
+
+
+def _is_id(target: str) -> bool:
+    from frobs_core.plugins.registry import find_spec
+    from frobs_core.util.errors import FrobsError
+
+    if Path(target).exists():
+        return False
+    try:
+        find_spec(target)
+    except FrobsError:
+        return False
+    return True
 
 
 def _clock(seconds: float | None) -> Any:
