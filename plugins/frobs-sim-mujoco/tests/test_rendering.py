@@ -154,3 +154,21 @@ def test_rendering_in_a_second_thread_is_one_clear_error_or_works() -> None:
     assert error is None or (isinstance(error, SimulationError) and "in one thread" in str(error))
     assert env.render().shape == (480, 640, 3)
     env.close()
+
+
+def test_a_plane_with_a_size_keeps_it_in_fast_images(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xml"
+    plane = '<geom type="plane" size=".3 .3 .1" pos="0 0 .3" contype="0" conaffinity="0"/>'
+    arm = '<body name="arm"><joint name="a"/><geom size=".1"/></body>'
+    path.write_text(f'<mujoco><worldbody><body name="base">{plane}{arm}</body></worldbody></mujoco>')
+    placement = Placement(
+        robot=Robot(model=str(path), tcp="arm"), model=load_model(path), command_mode=CommandMode.EFFORT
+    )
+    scene = Scene(cameras={"above": Camera(pos=(0.0, -2.0, 2.0), target=(0.0, 0.0, 0.0))})
+    sim = MujocoSimulation({"robot": placement}, scene, num_envs=1, physics_timestep=0.002)
+    shares = [
+        float((sim.render(size=(64, 64), modality="segmentation", fast=fast) == sim.body_ids["robot/base"]).mean())
+        for fast in (False, True)
+    ]
+    assert 0.005 < shares[0] == pytest.approx(shares[1], rel=0.1)
+    sim.close()

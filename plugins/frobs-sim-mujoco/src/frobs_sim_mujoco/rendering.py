@@ -7,7 +7,7 @@ import os
 import subprocess
 import sys
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from concurrent.futures import ThreadPoolExecutor, wait
 from copy import copy
 from functools import lru_cache
@@ -133,7 +133,10 @@ class Renderer:
             int(mujoco.mjtObj.mjOBJ_GEOM): self._model.geom_bodyid,
             int(mujoco.mjtObj.mjOBJ_SITE): self._model.site_bodyid,
         }
-        self._planes = int(np.count_nonzero(self._model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE))
+        is_infinite = (self._model.geom_size[:, :2] <= 0.0).all(axis=1)
+        self._planes = set(
+            np.flatnonzero((self._model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE) & is_infinite).tolist()
+        )
 
     def _renderer(self, size: tuple[int, int], fast: bool) -> mujoco.Renderer:
         key = (*size, fast)
@@ -329,13 +332,14 @@ def _is_empty(renderer: mujoco.Renderer) -> np.ndarray[Any, np.dtype[np.bool_]]:
     return np.asarray(depth[::-1] == 0.0)  # OpenGL's first row is at the bottom, and the farthest depth is 0
 
 
-def _flatten_planes(scene: mujoco.MjvScene, count: int) -> None:
-    """Replace ``count`` planes with large flat boxes, which software OpenGL renders twice as fast."""
+def _flatten_planes(scene: mujoco.MjvScene, planes: Set[int]) -> None:
+    """Replace the infinite ``planes`` with large flat boxes, which software OpenGL renders twice as fast."""
+    count = len(planes)
     for i in range(scene.ngeom):
         if not count:  # the floor is usually the first shape
             return
         geom = scene.geoms[i]
-        if geom.type == mujoco.mjtGeom.mjGEOM_PLANE:
+        if geom.type == mujoco.mjtGeom.mjGEOM_PLANE and geom.objid in planes:
             count -= 1
             geom.type, geom.size = mujoco.mjtGeom.mjGEOM_BOX, _FLAT
             geom.pos -= _FLAT[2] * geom.mat[:, 2]  # the upper face coincides with the plane
