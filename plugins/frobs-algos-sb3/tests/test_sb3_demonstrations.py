@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 from pathlib import Path
@@ -275,3 +276,35 @@ def test_images_are_refused(make: Any) -> None:
     images = NoEnvironment(1, gym.spaces.Box(0, 255, (84, 84, 3), np.uint8), make().single_action_space)
     with pytest.raises(IncompatibleSpaceError, match="demonstrations with images"):
         Family()("ppo")(images, {"initial_policy": "expert"}, 0)
+
+
+class Endless(gym.Env[Any, Any]):
+    """Never ends an episode, and returns rewards of a value."""
+
+    observation_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
+    action_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
+
+    def __init__(self, reward: float = 0.0) -> None:
+        self.reward = reward
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        super().reset(seed=seed)
+        return np.zeros(1, np.float32), {}
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        return np.zeros(1, np.float32), self.reward, False, False, {}
+
+
+gym.register("FrobsTests/Endless-v0", Endless)
+
+
+def test_an_episode_of_a_policy_that_never_ends_is_an_error(run_env: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(demonstrations, "_LONGEST_EPISODE", 30)
+    with pytest.raises(ConfigurationError, match="has not ended after 30 steps; add a time limit"):
+        demonstrations.collect(run_env("FrobsTests/Endless-v0"), "random", 2, 0)
+
+
+def test_numbers_of_a_played_episode_must_be_finite(run_env: Any) -> None:
+    env = run_env("FrobsTests/Endless-v0", reward=math.nan, max_episode_steps=5)
+    with pytest.raises(NonFiniteValueError, match="policy 'random' contains a reward that is not finite"):
+        demonstrations.collect(env, "random", 2, 0)

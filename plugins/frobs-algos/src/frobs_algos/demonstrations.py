@@ -30,6 +30,9 @@ Array = np.ndarray[Any, Any]
 _MOST_ENVS = 64
 """Maximum number of environments in which a policy plays."""
 
+_LONGEST_EPISODE = 20_000
+"""Maximum number of steps of an episode without a known time limit. An endless episode would fill the memory."""
+
 _ADAPTING = ("NormalizeObservation", "NormalizeReward")
 """Wrappers whose statistics would differ between the training environments and those in which a policy plays."""
 
@@ -99,7 +102,7 @@ def load(
     Raises:
         ConfigurationError: The source does not exist, the environments cannot be recreated, or the observations do not
             fit into memory.
-        NonFiniteValueError: A number in the data set is not finite.
+        NonFiniteValueError: A number is not finite.
         FrobsError: The data set cannot be read, or the policy cannot act in the environment.
     """
     path = Path(source)
@@ -107,18 +110,19 @@ def load(
         raise ConfigurationError(f"demonstrations: {source} does not exist; write a data set's folder or a policy.")
     if is_path(source) and path.is_dir() and not (path / "config.yaml").is_file():  # a run folder contains a policy
         found = _read(path, env, mapping, following)
-    elif mapping is not None:
+        _require_finite(found, f"demonstrations: {source}", "record it again")
+        return found
+    if mapping is not None:
         raise ConfigurationError(f"demonstration_mapping: '{source}' is a policy, not a data set; omit the mapping.")
-    else:
-        found = collect(env, source, episodes, seed, following=following)
+    return collect(env, source, episodes, seed, following=following)
+
+
+def _require_finite(found: Demonstrations, owner: str, remedy: str) -> None:
     for field in fields(found):
         value = getattr(found, field.name)
         for array in value.values() if isinstance(value, dict) else [value]:
             if np.asarray(array).dtype.kind == "f" and not np.isfinite(array).all():
-                raise NonFiniteValueError(
-                    f"demonstrations: {source}", f"contains a {field.name} that is not finite", "record it again"
-                )
-    return found
+                raise NonFiniteValueError(owner, f"contains a {field.name} that is not finite", remedy)
 
 
 def collect(
@@ -142,7 +146,9 @@ def collect(
         following: Whether to return the observations after the actions, too.
 
     Raises:
-        ConfigurationError: The environments cannot be recreated, or the pictures do not fit into memory.
+        ConfigurationError: The environments cannot be recreated, the pictures do not fit into memory, or an episode
+            does not end.
+        NonFiniteValueError: A number is not finite.
         FrobsError: The policy does not exist or cannot act in the environment.
     """
     recipe = getattr(env, "recipe", None)
@@ -160,9 +166,11 @@ def collect(
     try:
         with closing(load_policy(policy_name, playing)) as policy:
             _require_memory(playing, policy_name, episodes)
-            return _play(playing, policy, episodes, seed, noise, following)
+            found = _play(playing, policy, episodes, seed, noise, following)
     finally:
         playing.close()
+    _require_finite(found, f"the episodes of policy '{policy_name}'", "change the environment or the policy")
+    return found
 
 
 def _require_memory(env: Any, policy_name: str, episodes: int) -> None:
@@ -183,8 +191,16 @@ def _play(
     steps: list[dict[str, Any]] = []
     counted: list[Mask] = []
     observation, _ = env.reset(seed=seed)
-    start = np.ones(num_envs, np.bool_)
+    limit = getattr(env.unwrapped, "max_episode_steps", None if env.spec is None else env.spec.max_episode_steps)
+    longest = _LONGEST_EPISODE if limit is None or limit == np.inf else max(_LONGEST_EPISODE, int(limit))
+    start, lengths = np.ones(num_envs, np.bool_), np.zeros(num_envs, np.int64)
     while left.any():
+        lengths = np.where(start, 1, lengths + 1)
+        if lengths.max() > longest:
+            raise ConfigurationError(
+                f"an episode for the demonstrations has not ended after {longest:,} steps; add a time limit: "
+                "--set 'wrappers=[{name: gymnasium.wrappers:TimeLimit, max_episode_steps: 1000}]'."
+            )
         step = {"observation": _apply(np.array, observation), "episode_start": start}
         action = executed = clipped(policy.act(observation, start), space)
         if noise and isinstance(space, spaces.Box):
