@@ -63,7 +63,10 @@ def read_robot_file(path: str | Path) -> dict[str, Any]:
 
 
 def device_and_link(attach: str) -> tuple[str, str]:
-    """Return the parts of ``"GRIPPER@LINK"``. The link is ``""`` if it is not stated, and a path may contain ``@``."""
+    """Return the gripper and the link of ``attach``, such as ``"GRIPPER@LINK"``.
+
+    The link is ``""`` if it is not stated, and a path may contain ``@``.
+    """
     device, at, link = attach.rpartition("@")
     return (device, link) if at and not is_model_file(attach) else (attach, "")
 

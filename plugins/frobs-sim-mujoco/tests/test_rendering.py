@@ -125,7 +125,7 @@ MJCF = """<mujoco><worldbody><body name="base"><geom type="box" size=".2 .2 .2" 
 <site name="mark" size=".2"/></body></body></body></worldbody></mujoco>"""
 
 
-def test_bodies_of_mjcf_files_are_drawn_and_told_apart(tmp_path: Path) -> None:
+def test_bodies_of_mjcf_files_are_drawn_and_segmented(tmp_path: Path) -> None:
     path = tmp_path / "robot.xml"
     path.write_text(MJCF)
     placement = Placement(

@@ -56,7 +56,11 @@ class RunnerChoice:
         return self.runner == LOCAL
 
     def open(self) -> Runner:
-        """Return the runner."""
+        """Return the runner.
+
+        Raises:
+            CommandLineError: The memory is not finite.
+        """
         from frobs_train.runners.runner import RunnerOptions, load_runner
 
         if self.memory is not None and not math.isfinite(self.memory):
