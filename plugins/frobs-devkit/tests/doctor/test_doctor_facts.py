@@ -136,6 +136,7 @@ def test_joints_that_follow_a_passive_joint_have_no_home(tmp_path: object) -> No
         '<actuator><motor name="m" joint="driven" forcerange="-1 1"/></actuator></mujoco>'
     )
     report = examine_robot(path, simulators=("mujoco",))
+    assert report.usable
     assert {joint.name: joint.home for joint in report.joints if joint.unit} == {
         "driven": 0.0,
         "free": None,

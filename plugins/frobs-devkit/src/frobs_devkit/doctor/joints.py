@@ -36,7 +36,7 @@ def joint_facts(model: RobotModel, home: Floats) -> tuple[JointFacts, ...]:
 def _facts(joint: Joint, rests: dict[str, float], drives: dict[str, DriveFacts]) -> JointFacts:
     moving, mimic, limits = joint.type in MOVING, joint.mimic, joint.limits
     home = rests.get(joint.name)
-    if mimic is not None and mimic.joint in rests:  # a passive joint has no home position, and its followers neither
+    if mimic is not None:
         home = mimic.multiplier * rests[mimic.joint] + mimic.offset
     return JointFacts(
         name=joint.name,

@@ -368,7 +368,10 @@ class _MjcfReader:
             if joint.type is not JointType.FIXED and leaders[joint.name] not in driven
         ]
         for i, joint in enumerate(self.joints):
-            if joint.name in passive and (rest := self.references[joint.name]):
+            if joint.name not in passive:
+                continue
+            joint = self.joints[i] = replace(joint, mimic=None)  # the engine couples it to another passive joint
+            if rest := self.references[joint.name]:
                 origin = pose_array(joint.origin)
                 turns, axis = joint.type is not JointType.PRISMATIC, np.array(joint.axis)
                 pos, quat = (np.zeros(3), quat_from_axis_angle(axis, rest)) if turns else (rest * axis, _IDENTITY[3:])
