@@ -40,7 +40,7 @@ class _EvaluationFile(BaseModel):
 
 def is_as_trained(result: Mapping[str, Any]) -> bool:
     """Return whether an evaluation used deterministic actions, the training run's simulator and the nominal models."""
-    return not result.get("simulator") and not result.get("randomize") and result.get("deterministic", True)
+    return not result.get("simulator") and not result.get("randomize") and bool(result.get("deterministic", True))
 
 
 def list_evaluations(run: Path) -> list[Path]:
