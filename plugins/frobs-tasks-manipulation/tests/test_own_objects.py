@@ -109,7 +109,7 @@ def test_an_unsuitable_file_is_refused_with_one_line(tmp_path: Path, name: str, 
 
 
 def test_a_flat_or_tiny_object_is_refused(tmp_path: Path) -> None:
-    corners = [[0, 0, 0], [0.05, 0, 0], [0.05, 0.05, 0], [0, 0.05, 0]]
+    corners = np.array([[0, 0, 0], [0.05, 0, 0], [0.05, 0.05, 0], [0, 0.05, 0]])
     trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3]]).export(tmp_path / "flat.stl")
     with pytest.raises(ModelFileError, match="the object is flat"):
         PickAndPlace(object=str(tmp_path / "flat.stl"))

@@ -61,7 +61,7 @@ def test_a_study_runs_only_what_is_missing(tmp_path: Path) -> None:
 def test_only_an_evaluation_as_trained_completes_a_run(tmp_path: Path) -> None:
     study = SMALL.model_copy(update={"seeds": 1})
     [(path, flags)] = study_folders(study, tmp_path).items()
-    run = Run.create(path, RunConfig(**flags, **SETTINGS))
+    run = Run.create(path, RunConfig(**{**flags, **SETTINGS}))
     found = {"steps": 64, "episodes": 2, "mean_reward": 1.0}
     for name, changes in (("elsewhere", {"simulator": "x"}), ("sampled", {"deterministic": False})):
         write_json(run.path / "evaluations" / f"{name}.json", {**found, **changes})
