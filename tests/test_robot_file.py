@@ -27,6 +27,11 @@ from frobs_tasks_manipulation.pick_and_place import PickAndPlace
 PICK, REACH = "frobs/PickAndPlace-v0", "frobs/Reach-v0"
 
 
+def test_a_path_is_a_path() -> None:
+    config = RobotConfig(robot=Path("arm.urdf"), attach=Path("hand.urdf"))  # type: ignore[arg-type]
+    assert (config.robot, config.attach) == ("arm.urdf", "hand.urdf")
+
+
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """The model file of an arm with four axes, and the robot file that the doctor writes for it."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
@@ -92,6 +93,9 @@ class RobotKeywords:
     differential_drive: Mapping[str, Any] | None = None
 
     def __post_init__(self) -> None:
+        for name in ("robot", "attach"):
+            if isinstance(path := getattr(self, name), os.PathLike):
+                object.__setattr__(self, name, os.fspath(path))
         object.__setattr__(self, "gripper", _gripper_settings(self.gripper))
         if is_robot_file(self.robot):
             from frobs_core.util.yaml import merge  # imports PyYAML
