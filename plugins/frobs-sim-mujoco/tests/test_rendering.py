@@ -15,7 +15,7 @@ import pytest
 from frobs_core.contracts import CommandMode
 from frobs_core.description import Camera, Placement, Robot, Scene
 from frobs_core.models import load_model
-from frobs_core.util.errors import ConfigurationError, SimulationError
+from frobs_core.util.errors import SimulationError
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS, VISUAL_GROUP
 from frobs_sim_mujoco.rendering import Renderer
 from frobs_sim_mujoco.simulation import MujocoSimulation
@@ -81,11 +81,6 @@ def test_the_sky_has_the_color_of_its_environment(simulation: Any) -> None:
     )  # plain, not a gradient
 
 
-def test_too_many_distractors_are_rejected_with_the_exact_limit(simulation: Any) -> None:
-    with pytest.raises(ConfigurationError, match=r"^distractors must be in \[0, 8\.999999\]"):
-        simulation.write_parameter("distractors", "", np.full(12, 9.0))
-
-
 def test_full_images_after_fast_ones_show_all_shadows(simulation: Any) -> None:
     first = simulation.render(np.arange(12) == 1, "wrist", (96, 96))
     simulation.render(None, "inside", (96, 96), fast=True)
@@ -103,19 +98,6 @@ def test_a_program_ends_without_closing_its_environments() -> None:
     assert (done.returncode, done.stdout.strip()) == (0, "True"), done.stderr
     assert "Traceback" not in done.stderr, done.stderr
     assert "Exception ignored" not in done.stderr, done.stderr
-
-
-def test_the_color_of_a_link_is_that_of_its_first_drawn_shape() -> None:
-    env: Any = gym.make("frobs_core:frobs/Irb120Reach-v0").unwrapped
-    sim = env.simulation
-    np.testing.assert_allclose(sim.parameter("color", "robot/link_1"), [[0.96, 0.42, 0.08]], atol=1e-6)
-    sim.write_parameter("color", "robot/link_1", np.array([[0.1, 0.2, 0.9]]))
-    drawn = sim._drawn()
-    drawn.show(0)
-    model = drawn.model
-    link = model.geom_rgba[(model.geom_bodyid == model.body("robot/link_1").id) & (model.geom_group == VISUAL_GROUP)]
-    np.testing.assert_allclose(link[:, :3], np.tile([0.1, 0.2, 0.9], (3, 1)), atol=1e-6)
-    env.close()
 
 
 MJCF = """<mujoco><worldbody><body name="base"><geom type="box" size=".2 .2 .2" rgba="1 0 0 1"/>
