@@ -40,8 +40,8 @@ class Fitted:
 
     Attributes:
         task: Keywords of the task.
-        controller: Keywords of the controller of the arm's first joint group. A
-            :class:`~frobs_core.plugins.records.ControllerDefaults` applies only to the controller that it names.
+        controller: Keywords of the controller of the arm's first joint group. ``ControllerDefaults`` apply only to the
+            controller that they name.
         home: Home positions by joint name [rad or m].
     """
 
