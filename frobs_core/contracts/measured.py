@@ -62,7 +62,8 @@ class MeasuredRobot(RobotHandle):
     def limited_command(self, decimation: int, duration: float, speed: float) -> Floats:
         """Return the command at the end of the next step, clipped to the joint limits, (dof,).
 
-        A commanded position is also clipped to the range that the joint can reach within the step.
+        A commanded position is then clipped to the range that the joint can reach within the step, so a joint beyond its
+        limits returns slowly.
 
         Args:
             decimation: Number of physics steps.

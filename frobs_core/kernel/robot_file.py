@@ -58,7 +58,7 @@ def read_robot_file(path: str | Path) -> dict[str, Any]:
         keywords["attach"] = merge(attached, {"robot": _beside(path, str(attached["robot"]))})
     elif isinstance(attached, str):
         device, link = device_and_link(attached)
-        keywords["attach"] = f"{_beside(path, device)}{link and f'@{link}'}"
+        keywords["attach"] = at_link(_beside(path, device), link)
     return keywords
 
 
@@ -69,6 +69,11 @@ def device_and_link(attach: str) -> tuple[str, str]:
     """
     device, at, link = attach.rpartition("@")
     return (device, link) if at and not is_model_file(attach) else (attach, "")
+
+
+def at_link(device: str, link: str) -> str:
+    """Return the text that :func:`device_and_link` divides into a ``device`` and a ``link``."""
+    return f"{device}@{link}" if link else device
 
 
 def is_path(name: str) -> bool:
@@ -88,5 +93,5 @@ def absolute_files(keywords: Mapping[str, Any]) -> dict[str, Any]:
         if isinstance(value, str) and value:
             path, link = device_and_link(value) if name == "attach" else (value, "")
             if Path(path).is_file():
-                changed[name] = f"{Path(path).resolve()}{link and f'@{link}'}"
+                changed[name] = at_link(str(Path(path).resolve()), link)
     return changed

@@ -102,7 +102,7 @@ class TcpDeltaPosition(Controller):
         return self._ik.move(self._error)
 
     def law(self) -> Mapping[str, Any]:
-        """Return the numbers of the law, which is the one of :class:`.DampedLeastSquares` with a target.
+        """Return the numbers of the law, which is that of :class:`.DampedLeastSquares` with a target.
 
         ``frame`` is the link that the controller moves, ``columns`` are the components of a pose that an action
         changes, and ``steps`` are the sizes of a full step.

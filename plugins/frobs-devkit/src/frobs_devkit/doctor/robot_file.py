@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from frobs_cli.parameters import descriptions
-from frobs_core.kernel.robot_file import device_and_link, is_path
+from frobs_core.kernel.robot_file import at_link, device_and_link, is_path
 from frobs_core.util.plain import to_json
 from frobs_devkit.doctor.robot_report import RobotReport
 from frobs_models import Gripper, StatedGripper
@@ -43,7 +43,7 @@ def robot_file_text(report: RobotReport, robot: str, settings: Mapping[str, Any]
             value = {package: _relative(str(folder), file) for package, folder in value.items()}
         elif name == "attach":
             device, link = device_and_link(str(value))
-            value = f"{_relative(device, file)}{link and f'@{link}'}"
+            value = at_link(_relative(device, file), link)
         lines.append(f"{name}: {to_json(value)}")
     home = {joint.name: joint.home for joint in report.joints if joint.home is not None and not joint.mimic}
     lines += [
