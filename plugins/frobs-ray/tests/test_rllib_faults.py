@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 import ray
 from ray.cluster_utils import Cluster
+from ray.rllib.core.learner.training_data import TrainingData
+
+from frobs_ray.rllib.on_policy import _APPOLearner
 
 pytestmark = pytest.mark.slow
 
@@ -59,3 +62,22 @@ def test_training_continues_when_a_node_is_lost_and_another_joins(
     # What is missing are the running episodes, once when the node was lost and once at the end.
     assert algorithm.steps - 2 * 4 * 50 <= lengths.sum() <= algorithm.steps
     assert "1 of 2 environment runners work." in caplog.text
+
+
+@ray.remote(num_cpus=1)
+class _Sampler:
+    """Owns what it samples, as an environment runner does."""
+
+    def sample(self) -> list[Any]:
+        return [ray.put(["a fragment"])]
+
+
+def test_a_batch_of_which_every_fragment_was_lost_causes_no_gradient_step(nodes: Any) -> None:
+    worker = nodes.add_node(num_cpus=1, object_store_memory=STORE)
+    ray.init(address=nodes.address)
+    fragments = ray.get(_Sampler.remote().sample.remote())
+    nodes.remove_node(worker, allow_graceful=False)
+    lost = TrainingData(episodes_refs=fragments)
+    learner = object.__new__(_APPOLearner)
+    assert learner.update(lost, timesteps={}) == {}
+    assert lost.episodes == []

@@ -12,6 +12,7 @@ from ray.rllib.algorithms.appo.torch.appo_torch_learner import APPOTorchLearner
 from ray.rllib.algorithms.ppo.torch.ppo_torch_learner import PPOTorchLearner
 from ray.rllib.connectors.learner import GeneralAdvantageEstimation
 from ray.rllib.core.columns import Columns
+from ray.rllib.core.learner.training_data import TrainingData
 from ray.rllib.evaluation.postprocessing import Postprocessing
 from ray.rllib.utils.postprocessing.value_predictions import compute_value_targets
 
@@ -190,6 +191,14 @@ class _APPOLearner(APPOTorchLearner):
     For the step that RLlib appends to every fragment of an episode, V-trace replaces the predicted value by the step's
     reward, which is 0. With the predicted value as its reward, the value remains.
     """
+
+    def update(  # type: ignore[override]  # RLlib calls it with these arguments
+        self, training_data: TrainingData, **kwargs: Any
+    ) -> dict[str, Any]:
+        """Take gradient steps, or none if every fragment was lost together with the node that had sampled it."""
+        training_data.solve_refs()  # leaves out what was lost
+        results: dict[str, Any] = super().update(training_data, **kwargs) if training_data.episodes else {}
+        return results
 
     def compute_loss_for_module(self, *, module_id: str, config: Any, batch: dict[str, Any], fwd_out: Any) -> Any:
         with th.no_grad():
