@@ -12,7 +12,7 @@ def page() -> str:
     """Return the page."""
     text = label("distributions") + heading("Distributions")
     text += (
-        "FRobs consists of these pip packages. ``pip install frobs`` installs all of them except ``frobs-algos-sbx``, "
+        "FRobs consists of these pip packages. The package ``frobs`` requires all of them except ``frobs-algos-sbx``, "
         "``frobs-ray``, and those that the extras ``data``, ``imitation`` and ``lerobot`` add. Each distribution imports "
         "only the FRobs distributions that its row lists; a test verifies this.\n\n"
     )

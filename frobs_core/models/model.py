@@ -89,8 +89,8 @@ class Mesh:
         path: The file.
         scale: Scale factor for each axis.
         decomposed: Whether collisions are computed for convex pieces that approximate the mesh, so that holes stay
-            open. Otherwise, collisions are computed for the mesh's convex hull. Decomposition requires ``pip install
-            'frobs-core[decomposition]'``.
+            open. Otherwise, collisions are computed for the mesh's convex hull. Decomposition requires the extra
+            ``decomposition`` of ``frobs-models``.
     """
 
     path: Path

@@ -20,6 +20,9 @@ from pathlib import Path
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+CLONE = Path(__file__).parents[2]
+"""The reader's clone of FRobs. A path that does not exist is relative to it."""
+
 BUILD = ("pip", "hatchling", "editables")
 """Requirements of pip when it installs a project. A real pip downloads them into a temporary folder."""
 
@@ -87,9 +90,11 @@ def install(folder: Path, arguments: list[str]) -> None:
             next(remaining)
         elif argument == "-e":
             path, _, extras = next(remaining).partition("[")
-            table = tomllib.loads((Path(path) / "pyproject.toml").read_text("utf-8"))["project"]
+            in_clone = not Path(path).exists()
+            file = (CLONE if in_clone else Path()) / path / "pyproject.toml"
+            table = tomllib.loads(file.read_text("utf-8"))["project"]
             requirements.append(f"{table['name']}{'[' + extras if extras else ''}")
-            projects += ["-e", path]
+            projects += [] if in_clone else ["-e", path]
         elif not argument.startswith("-"):
             requirements.append(argument)
     if projects:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from optional_parts import is_here
-from pages import PAGES, RUN, Block, blocks, name
+from pages import PAGES, ROOT, RUN, Block, blocks, name
 from reader_environment import ReaderEnvironment
 from run_blocks import SHORTER
 from sandbox import Sandbox
@@ -30,7 +30,10 @@ INSTALLING = [
 """Pages that install something, and so are run in an environment of their own."""
 
 EMPTY = [page for page in INSTALLING if any(block.attributes.get("venv") == "empty" for block in typed(page))]
-"""Pages whose reader starts without FRobs. The others start after ``pip install frobs``."""
+"""Pages whose reader starts without FRobs. The others start after ``make install``."""
+
+EVERYTHING = [path.parent.name for path in ROOT.glob("plugins/*/pyproject.toml")]
+"""The distributions that ``make install`` installs."""
 
 QUICK = ("api-stability", "forces", "install", "many-environments", "model-files", "port-from-0.1", "ros", "scenes")
 """Pages whose blocks take at most three seconds. The others are run in the slow tests."""
@@ -60,9 +63,9 @@ def run(page: Path, environment: Sandbox, folder: Path, without: Sequence[str] =
 
 @pytest.fixture(scope="session")
 def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ReaderEnvironment]:
-    """The environment of readers who have installed ``frobs``."""
+    """The environment of readers who have installed FRobs."""
     folder = tmp_path_factory.mktemp("reader")
-    environment = ReaderEnvironment(folder / "venv", "frobs")
+    environment = ReaderEnvironment(folder / "venv", *EVERYTHING)
     with environment.faster(folder / "programs"):
         yield environment
 
@@ -76,7 +79,7 @@ def test_pages_run_as_typed(page: Path, without: list[str], shared: ReaderEnviro
 def test_pages_that_install_run_as_typed_in_an_environment_of_their_own(
     page: Path, without: list[str], tmp_path: Path
 ) -> None:
-    environment = ReaderEnvironment(tmp_path / "venv", *([] if page in EMPTY else ["frobs"]))
+    environment = ReaderEnvironment(tmp_path / "venv", *([] if page in EMPTY else EVERYTHING))
     with environment.faster(tmp_path / "programs"):
         run(page, environment, tmp_path / "here", without)
 
@@ -92,7 +95,7 @@ def test_a_terminal_keeps_its_folder_and_variables_between_blocks(shared: Reader
     assert (tmp_path / "here" / "inner" / "written").exists()
 
 
-@pytest.mark.parametrize("package", ["pytest", "hypothesis", "ray", "jax"])
+@pytest.mark.parametrize("package", ["pytest", "hypothesis", "wandb", "minari"])
 def test_readers_have_only_what_they_installed(package: str, shared: ReaderEnvironment) -> None:
     done = shared.run("python", "-c", f"import {package}", check=False)
     assert f"No module named '{package}'" in done.stderr

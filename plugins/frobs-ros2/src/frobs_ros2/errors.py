@@ -32,7 +32,7 @@ class Ros2MissingError(Ros2Error):
         super().__init__(
             f"the Python package '{package}' of ROS 2 cannot be imported ({reason}); source the setup.bash of your ROS "
             "2 installation, or install the wheels in a virtual environment of their own: pip install "
-            "'frobs-ros2[rclpy]'."
+            "'frobs-ros2[rclpy]', or in a clone of FRobs pip install -e 'plugins/frobs-ros2[rclpy]'."
         )
 
 

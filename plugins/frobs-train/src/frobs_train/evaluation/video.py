@@ -15,6 +15,7 @@ import numpy.typing as npt
 from frobs_core.contracts import Policy
 from frobs_core.util.errors import ParameterValueError, RunError
 from frobs_core.util.files import write_aside
+from frobs_core.util.install_hints import local_install_hint
 from frobs_core.util.validation import whole_number
 from frobs_train.environment_checks import EpisodeChecks, fault_named, has_time_limit
 from frobs_train.environments import make_env
@@ -62,9 +63,8 @@ def record_video(
     try:
         import imageio_ffmpeg
     except ImportError as error:
-        raise RunError(
-            "recording a video requires imageio-ffmpeg; install it with: pip install 'frobs-train[video]'"
-        ) from error
+        hint = local_install_hint("pip install 'frobs-train[video]'")
+        raise RunError(f"recording a video requires imageio-ffmpeg; install it with: {hint}") from error
 
     target = Path(path) if path is not None else run.output("video.mp4")
     if target.suffix.lower() != ".mp4":

@@ -11,6 +11,7 @@ from typing import Any, Literal, TypeAlias
 
 from frobs_core.util.errors import ParameterValueError, RunError
 from frobs_core.util.files import write_aside
+from frobs_core.util.install_hints import local_install_hint
 
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#444444")
 """Colors that color-blind people can distinguish (Okabe and Ito 2008, without yellow)."""
@@ -136,5 +137,6 @@ def _matplotlib() -> Any:
     try:
         import matplotlib
     except ImportError as error:
-        raise RunError("plotting requires matplotlib; install it with: pip install 'frobs-train[plots]'") from error
+        hint = local_install_hint("pip install 'frobs-train[plots]'")
+        raise RunError(f"plotting requires matplotlib; install it with: {hint}") from error
     return matplotlib

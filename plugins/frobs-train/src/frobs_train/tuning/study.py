@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from frobs_core.util.errors import ParameterValueError, RunError
+from frobs_core.util.install_hints import local_install_hint
 from frobs_core.util.plain import spell_numbers, to_json
 from frobs_train.errors import StudyError
 
@@ -92,7 +93,8 @@ def open_study(name: str, storage: str, sampler: str, pruner: str, seeds: int) -
     try:
         import optuna
     except ImportError as error:
-        raise RunError("a search requires Optuna; install it with: pip install 'frobs-train[tune]'") from error
+        hint = local_install_hint("pip install 'frobs-train[tune]'")
+        raise RunError(f"a search requires Optuna; install it with: {hint}") from error
     for what, value, known in (("sampler", sampler, SAMPLERS), ("pruner", pruner, PRUNERS)):
         if value not in known:
             raise ParameterValueError(what, value, f"one of {', '.join(known)}")
