@@ -134,7 +134,7 @@ def test_all_routes_of_the_maze_are_drawn(make):
 def test_goals_keep_clear_of_walls_boxes_and_the_start(make):
     plan = {
         "walls": {"pieces": [{"from": [1, -2], "to": [1, 2], "thickness": 0.2}]},
-        "boxes": [{"pos": [-1, 0], "size": [0.5, 0.5, 0.5], "yaw": 0}],
+        "boxes": [{"pos": [-1, 0], "size": [1.5, 0.3, 0.5], "yaw": 90}],
         "start": {"pos": [0, 0]},
         "goals": {"low": [-2, -2], "high": [2, 2]},
     }
@@ -143,7 +143,7 @@ def test_goals_keep_clear_of_walls_boxes_and_the_start(make):
     goals = env.unwrapped.task._course.target
     assert np.abs(goals[:, 0] - 1.0).min() >= 0.6 - 1e-9
     assert terms.distance(goals).min() >= 0.9 - 1e-9
-    box = terms.distance_to_rectangles(goals[:, None], np.array([[-1.0, 0.0]]), np.zeros(1), np.array([[0.25, 0.25]]))
+    box = terms.distance_to_rectangles(goals[:, None], np.array([[-1.0, 0.0]]), np.zeros(1), np.array([[0.15, 0.75]]))
     assert box.min() >= 0.5 - 1e-9
 
 

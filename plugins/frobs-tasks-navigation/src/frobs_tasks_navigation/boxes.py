@@ -65,7 +65,7 @@ class MovingBoxes(Stateful):
         self._placed_names, self._moving_names = (
             tuple(f"box_{i}" for i in numbers) for numbers in (self._placed, self._moving)
         )
-        self._yaw: Floats = np.zeros((n, k))
+        self._yaw: Floats = np.tile(self._fixed_yaw, (n, 1))
         self._velocity: Floats = np.zeros((n, k, 3))  # [m/s] before the first reversal
 
     def begin(self, mask: Mask | None, rng: RandomSource) -> None:
