@@ -192,8 +192,9 @@ def test_a_discrete_action_outside_is_refused():
     for make in (RobotEnv, lambda **k: RobotVectorEnv(2, **k)):
         env = make(**{**PARTS, "controller": "discrete"})
         env.reset(seed=0)
-        with pytest.raises(InvalidActionError):
-            env.step(99)
+        for number in (99, 0.5):
+            with pytest.raises(InvalidActionError):
+                env.step(np.full(env.action_space.shape, number))
         env.close()
 
 
@@ -408,6 +409,7 @@ class Telling(Controller):
     """Holds the robot, and tells how often it was asked in the episode."""
 
     command_mode = CommandMode.POSITION
+    action_shape = (1,)
 
     def bind_scene(self, scene, simulation):
         self.seen = scene, simulation
@@ -415,7 +417,7 @@ class Telling(Controller):
     def bind(self, robot, control_timestep, decimation):
         assert self.seen[1].robots["robot"] is robot
         self.robot, self.control_timestep = robot, control_timestep
-        self.action_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
+        self.action_space = gym.spaces.Box(-1.0, 1.0, self.action_shape, np.float32)
         self.asked = np.zeros(robot.num_envs)
 
     def reset(self, mask):
@@ -438,6 +440,17 @@ TELLING = ControllerRecord(
 def telling(monkeypatch):
     monkeypatch.setattr(ControllerRecord, "load", lambda record: Telling)
     return {**PARTS, "controller": TELLING}
+
+
+@pytest.mark.parametrize("shape", [(), (2, 2), (2, 3)])
+def test_the_action_of_the_only_controller_may_have_any_shape(telling, monkeypatch, shape):
+    monkeypatch.setattr(Telling, "action_shape", shape)
+    with closing(RobotEnv(**telling)) as env:
+        env.reset(seed=0)
+        env.step(np.ones(shape))
+        assert (env.step_context.raw_action == np.ones((1, *shape))).all()
+        with pytest.raises(InvalidActionError, match="non-finite"):
+            env.step(np.full(shape, np.nan))
 
 
 def test_what_a_controller_tells_is_in_the_info(telling):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
+from math import prod
 from typing import Any
 
 import gymnasium as gym
@@ -168,7 +169,7 @@ class Control(Stateful):
             parts: list[Any] = []
             for controller in robot.controllers.values():
                 discrete = isinstance(controller.action_space, gym.spaces.Discrete)
-                width = 1 if discrete else controller.action_space.shape[0]  # type: ignore[index]
+                width = prod((controller.action_space.shape or ())[:1])
                 parts.append((slice(None), start if discrete else slice(start, start + width)))
                 start += width
             self._parts.append(parts)

@@ -17,7 +17,7 @@ from frobs_core.kernel.added_terms import AddedTerms
 from frobs_core.kernel.compose import Parts, compose
 from frobs_core.kernel.config import EnvConfig
 from frobs_core.kernel.copying import CopiedByArguments
-from frobs_core.kernel.inputs import batch_options, invalid_action
+from frobs_core.kernel.inputs import batch_options, check_actions, invalid_action
 from frobs_core.kernel.viewers import PICTURE, Metadata, open_viewer, render_modes
 from frobs_core.util.arrays import Action, Floats, Mask, widened
 from frobs_core.util.errors import ResetNeededError
@@ -369,14 +369,13 @@ class RobotEnv(ComposedEnv, gym.Env[Any, Any]):
             array = np.asarray(action, np.float64)
         except (TypeError, ValueError, OverflowError):
             raise invalid_action(action, self.action_space) from None
-        if array.shape != self._action_shape or not array.dot(array) < math.inf:  # a single number for all elements
+        flat = array.ravel()
+        if array.shape != self._action_shape or not flat.dot(flat) < math.inf:  # a single number for all elements
             raise invalid_action(action, self.action_space)
         return array[None]
 
     def _check_discrete(self, action: Any) -> Action:
-        if not self.action_space.contains(action):
-            raise invalid_action(action, self.action_space)
-        return np.asarray(action, np.int64)[None]
+        return check_actions(action, self.action_space)[None]
 
     def read_terms(self, settings: Mapping[str, Any]) -> dict[str, np.ndarray[Any, Any]]:
         """Read observation terms that need not be part of the observation.

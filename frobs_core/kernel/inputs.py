@@ -13,14 +13,14 @@ from frobs_core.util.errors import InvalidActionError, ParameterValueError, Rese
 from frobs_core.util.validation import whole_number
 
 
-def as_numbers(action: Any, dtype: type[np.generic], space: gym.Space[Any]) -> Action:
+def as_numbers(action: Any, space: gym.Space[Any]) -> Floats:
     """Return an action as an array of the same shape.
 
     Raises:
         InvalidActionError: The action does not consist of numbers, or its rows have different lengths.
     """
     try:
-        return np.asarray(action, dtype)
+        return np.asarray(action, np.float64)
     except (TypeError, ValueError, OverflowError):
         raise invalid_action(action, space) from None
 
@@ -50,12 +50,15 @@ def check_actions(actions: Any, space: gym.Space[Any]) -> Action:
     Raises:
         InvalidActionError: The actions have the wrong shape, are not finite, or are not in a discrete space.
     """
-    is_box = isinstance(space, gym.spaces.Box)
-    array = as_numbers(actions, np.float64 if is_box else np.int64, space)
+    array = as_numbers(actions, space)
     # A dot product would be faster than isfinite, but its threads would compete with the engine's threads.
-    if array.shape != space.shape or not (np.isfinite(array).all() if is_box else space.contains(array)):
-        raise invalid_action(actions, space)
-    return array
+    if array.shape == space.shape and np.isfinite(array).all():
+        if isinstance(space, gym.spaces.Box):
+            return array
+        whole = array.astype(np.int64)
+        if (whole == array).all() and space.contains(whole):
+            return whole
+    raise invalid_action(actions, space)
 
 
 def check_seeds(seeds: Any, num_envs: int) -> Sequence[int | None]:
