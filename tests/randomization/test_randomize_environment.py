@@ -211,6 +211,9 @@ def test_what_would_change_nothing_is_refused(make):
     for controller in ("joint_velocity", "joint_effort"):
         with pytest.raises(ConfigurationError, match=r"randomize\.stiffness: this setting has no effect"):
             make(2, {"stiffness": {"scale": 1.1}}, controller=controller)
+    mixed = {"robot": "irb120+parallel_gripper", "controller": {"arm": "joint_velocity", "gripper": "gripper_delta"}}
+    with pytest.raises(ConfigurationError, match=r"randomize\.stiffness\[1\]: this setting has no effect"):
+        make(2, {"stiffness": [{"scale": 1.1}, {"target": "joint_*", "scale": 1.1}]}, **mixed)
 
 
 def test_an_unbounded_distribution_is_held_above_zero(make):

@@ -37,7 +37,7 @@ _SIGNED = ("gravity", *_TRIPLES)
 _OF_ROBOTS = ("mass", "stiffness", "damping", "joint_damping")
 """Parameters that are randomized only for robots by default."""
 
-_WITHOUT_EFFECT = {
+_WITHOUT_EFFECT: Mapping[tuple[str, CommandMode | None], str] = {
     ("stiffness", CommandMode.VELOCITY): "the controller commands velocities, for which the drives use only damping",
     ("stiffness", CommandMode.EFFORT): "the controller commands efforts, for which the drives do not use their gains",
     ("damping", CommandMode.EFFORT): "the controller commands efforts, for which the drives do not use their gains",
@@ -60,13 +60,6 @@ class PhysicalParameter(Stateful):
         control_timestep: float,
     ) -> None:
         self.name, self._simulation, self._robots = name, simulation, robots
-        modes = {mode for robot in robots for mode in simulation.robots[robot].command_modes}
-        if modes and all((name, mode) in _WITHOUT_EFFECT for mode in modes):
-            raise SettingError(
-                settings[0].place,
-                f"this setting has no effect, because "
-                f"{_WITHOUT_EFFECT[name, modes.pop()]}; remove the setting, or choose another controller.",
-            )
         units = find_units(simulation, name)
         if not units:
             raise SettingError(
@@ -132,6 +125,17 @@ class PhysicalParameter(Stateful):
             return [0, 1, 2]
         patterns = setting.targets or ([f"{robot}/*" for robot in self._robots] if self.name in _OF_ROBOTS else ["*"])
         found = matches(patterns, self.names, f"target of {setting.place}")
+        modes = {
+            f"{name}/{joint}": mode
+            for name, robot in self._simulation.robots.items()
+            for joint, mode in zip(robot.joint_names, robot.command_modes, strict=True)
+        }
+        reasons = [_WITHOUT_EFFECT.get((self.name, modes.get(self.names[column]))) for column in found]
+        if all(reasons):
+            raise SettingError(
+                setting.place,
+                f"this setting has no effect, because {reasons[0]}; remove the setting, or choose another controller.",
+            )
         if setting.change == "scale" and not self._changes and not self.nominal[:, found].any():
             raise SettingError(
                 setting.place,
