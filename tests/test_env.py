@@ -289,6 +289,18 @@ def test_staggered_episodes_end_at_different_times():
         RobotVectorEnv(2, stagger=True, **PARTS)
 
 
+@pytest.mark.parametrize("keyword", [{"max_episode_steps": 0}, {"max_episode_steps": 2.5}, {"stagger": "no"}])
+def test_an_impossible_time_limit_of_a_vector_is_refused(keyword):
+    with pytest.raises(ParameterValueError, match=next(iter(keyword))):
+        RobotVectorEnv(2, **{"max_episode_steps": 4, **keyword}, **PARTS)
+
+
+def test_minus_one_is_no_time_limit_in_a_vector_as_in_gymnasium():
+    with closing(RobotVectorEnv(2, max_episode_steps=-1, **PARTS)) as env:
+        env.reset(seed=0)
+        assert not env.step(np.zeros((2, 6)))[3].any()
+
+
 def test_a_diverged_environment_is_truncated_and_the_others_go_on(vector):
     calm = RobotVectorEnv(4, max_episode_steps=10, **PARTS)
     for each in (vector, calm):

@@ -24,6 +24,7 @@ from frobs_core.kernel.inputs import check_actions, check_reset_mask, check_seed
 from frobs_core.kernel.viewers import open_viewer
 from frobs_core.util.arrays import Mask, rows_of
 from frobs_core.util.errors import ParameterValueError, ResetNeededError
+from frobs_core.util.validation import boolean, whole_number
 
 
 class RobotVectorEnv(ComposedEnv, gym.vector.VectorEnv[Any, Any, Any]):
@@ -36,7 +37,7 @@ class RobotVectorEnv(ComposedEnv, gym.vector.VectorEnv[Any, Any, Any]):
 
     Args:
         num_envs: ≥ 1.
-        max_episode_steps: Number of control steps before truncation, or None for no time limit.
+        max_episode_steps: Number of control steps ≥ 1 before truncation, or None or −1 for no time limit.
         autoreset_mode: Autoreset mode: same-step, next-step or disabled.
         stagger: Whether a reset without ``"reset_mask"`` starts each environment at a random step count, so that the
             episodes do not all reach the time limit at the same step.
@@ -50,7 +51,7 @@ class RobotVectorEnv(ComposedEnv, gym.vector.VectorEnv[Any, Any, Any]):
         before_autoreset: Functions to call before each automatic reset.
 
     Raises:
-        ParameterValueError: ``stagger`` is set without a time limit.
+        ParameterValueError: ``max_episode_steps`` or ``stagger`` is invalid, or ``stagger`` is set without a time limit.
         FrobsError: See :class:`~frobs_core.kernel.env.RobotEnv`.
     """
 
@@ -63,7 +64,8 @@ class RobotVectorEnv(ComposedEnv, gym.vector.VectorEnv[Any, Any, Any]):
         stagger: bool = False,
         **keywords: Any,
     ) -> None:
-        if stagger and max_episode_steps is None:
+        limit = math.inf if max_episode_steps in (None, -1) else whole_number("max_episode_steps", max_episode_steps, 1)
+        if boolean("stagger", stagger) and limit == math.inf:
             raise ParameterValueError("stagger", stagger, "False without a time limit")
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         parts = self._compose(keywords, num_envs)
@@ -74,7 +76,7 @@ class RobotVectorEnv(ComposedEnv, gym.vector.VectorEnv[Any, Any, Any]):
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.metadata["autoreset_mode"] = self.autoreset_mode
-        self.max_episode_steps = math.inf if max_episode_steps is None else max_episode_steps
+        self.max_episode_steps = limit
         self._stagger = stagger
         self.final_observation: Observation | None = None
         self._elapsed = np.zeros(num_envs, np.int64)
