@@ -120,7 +120,7 @@ def _merged(config: RobotConfig, description: Robot, fitted: Mapping[str, Any]) 
         fitted = fitted.of(config.controller or default)
     chosen: Mapping[str, Any] = config.controller_kwargs
     if isinstance(config.controller, Mapping):
-        return {group: _over(chosen.get(group, {}), fitted.get(group, {})) for group in {**fitted, **chosen}}
+        return {group: _over(chosen.get(group) or {}, fitted.get(group, {})) for group in {**fitted, **chosen}}
     return _over(chosen, fitted)
 
 

@@ -244,7 +244,8 @@ class RobotConfig(RobotKeywords):
 
         Raises:
             UnknownNameError: A controller or joint group does not exist.
-            MissingSettingError: No group has a controller.
+            MissingSettingError: No group has a controller, or a group has keywords but no controller.
+            ParameterValueError: The keywords of a group are not a mapping.
         """
         groups = list(robot.groups) or [ALL]
         chosen: dict[str, str | ControllerRecord | None] = dict(robot.default_controllers)
@@ -257,11 +258,16 @@ class RobotConfig(RobotKeywords):
             keywords = {groups[0]: self.controller_kwargs}
         for group in (*chosen, *keywords):
             check_name(f"joint group of robot '{robot.name}'", group, groups)
-        found = {
-            group: (find_record(ControllerRecord, part), keywords.get(group, {}))
-            for group in groups
-            if (part := chosen.get(group))
-        }
+        found = {}
+        for group in groups:
+            own = keywords.get(group) or {}
+            if not isinstance(own, Mapping):
+                raise ParameterValueError(f"controller_kwargs.{group}", own, "a mapping of parameters to values")
+            if part := chosen.get(group):
+                found[group] = find_record(ControllerRecord, part), own
+            elif own:
+                advice = f"choose one with controller={{'{group}': …}}, or remove its controller_kwargs"
+                raise MissingSettingError(f"joint group '{group}' of robot '{robot.name}'", "a controller", advice)
         if not found:
             raise MissingSettingError(f"robot '{robot.name}'", "a controller", "pass controller='joint_delta_position'")
         return found

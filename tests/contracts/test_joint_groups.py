@@ -17,6 +17,7 @@ from frobs_core.util.errors import (
     ConflictingOptionsError,
     IncompatibleSpaceError,
     MissingSettingError,
+    ParameterValueError,
     SettingError,
     UnknownNameError,
     UnknownParameterError,
@@ -126,6 +127,16 @@ def test_a_mixture_of_action_spaces_names_the_controller_that_fixes_it(gripping)
         ({"controller": {"arm": None, "hand": None}}, MissingSettingError, "needs a controller"),
         ({"controller": {"arm": "joint_positoin"}}, UnknownNameError, "Did you mean 'joint_position'"),
         ({"controller": {"arm": "joint_position"}, "controller_kwargs": {"speed": 1}}, UnknownNameError, "'speed'"),
+        (
+            {"controller": {"arm": "joint_position"}, "controller_kwargs": {"arm": 1}},
+            ParameterValueError,
+            "kwargs.arm is 1",
+        ),
+        (
+            {"controller": {"hand": None}, "controller_kwargs": {"arm": None, "hand": {"max_delta": 0.1}}},
+            MissingSettingError,
+            "joint group 'hand' .* needs a controller",
+        ),
         ({"robots": {"a": "irb120"}}, ConflictingOptionsError, "robot and robots cannot be combined"),
     ],
 )
