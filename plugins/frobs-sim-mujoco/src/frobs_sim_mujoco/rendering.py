@@ -50,15 +50,17 @@ _MOST_CONTEXTS = 8  # maximum number of cached contexts, each with its own textu
 def _choose_backend() -> str:
     """Return a working OpenGL backend: the backend in ``MUJOCO_GL`` if it is set, otherwise EGL or OSMesa.
 
-    A backend that does not work can crash the process, so each backend is tried in a separate process.
+    A backend that does not work can crash the process or hang, so each backend is tried in a separate process.
     """
     requested = os.environ.get("MUJOCO_GL", "").lower()
     for backend in [requested] if requested in ("egl", "osmesa", "glfw") else ["egl", "osmesa"]:
         environment = {**os.environ, "MUJOCO_GL": backend}
         environment.pop("PYOPENGL_PLATFORM", None)
-        probe = subprocess.run(
-            [sys.executable, "-c", _PROBE, backend], env=environment, capture_output=True, timeout=60, check=False
-        )
+        command = [sys.executable, "-c", _PROBE, backend]
+        try:
+            probe = subprocess.run(command, env=environment, capture_output=True, timeout=60, check=False)
+        except subprocess.TimeoutExpired:  # some drivers hang
+            continue
         if probe.returncode == 0:
             return backend
     raise RenderingUnavailableError(
