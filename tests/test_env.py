@@ -489,6 +489,8 @@ def test_a_controller_may_say_how_long_its_steps_are(telling):
         assert env.control_timestep == env.controller.control_timestep == 0.1
     with closing(RobotEnv(**telling, control_timestep=0.02)) as env:
         assert env.control_timestep == 0.02
+    with closing(RobotEnv(**telling, control_timestep=4.0)) as env:
+        assert env.metadata["render_fps"] == 1  # Gymnasium cannot write a video with 0 frames per second
 
 
 def test_a_controller_that_tells_nothing_is_not_asked(env, monkeypatch):

@@ -246,7 +246,7 @@ class ComposedEnv(CopiedByArguments):
         self.observations, self.randomization = parts.observations, parts.randomization
         self.control_timestep, self.decimation = parts.control_timestep, parts.decimation
         self.render_mode = config.render_mode
-        self.metadata = {"render_modes": render_modes(), "render_fps": round(1.0 / parts.control_timestep)}
+        self.metadata = {"render_modes": render_modes(), "render_fps": max(1, round(1.0 / parts.control_timestep))}
         self._seeded = False
         return parts
 
