@@ -132,6 +132,14 @@ def test_being_near_a_wall_costs_and_does_not_end(make):
     assert costs[-1] == -200.0
 
 
+def test_observations_stay_in_their_space_outside_the_area(make):
+    env = make("frobs/KobukiMazeLegacy-v0")
+    env.reset(seed=0)
+    env.unwrapped.robot.write_base_pose(np.array([[300.0, 0.0, 0.0]]), np.array([[1.0, 0.0, 0.0, 0.0]]))
+    observation, *_ = env.step(np.zeros(2))
+    assert env.observation_space.contains(observation)
+
+
 def test_the_lidar_must_have_as_many_rays_as_the_file_says(make):
     with pytest.raises(ConfigurationError, match="lidar_samples is 12"):
         make("frobs/KobukiMazeLegacy-v0", lidar_samples=12)

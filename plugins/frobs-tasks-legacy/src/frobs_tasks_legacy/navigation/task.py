@@ -9,9 +9,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from frobs_core.contracts import Control, Simulation
-from frobs_core.description import Rewards, RewardTerm
+from frobs_core.description import ObservationTerm, Rewards, RewardTerm
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import ParameterValueError
+from frobs_tasks_legacy.clipping import clipped
 from frobs_tasks_legacy.navigation.config import FILES, WEIGHTS
 from frobs_tasks_navigation import Navigate
 
@@ -152,6 +153,10 @@ class NavigateLegacy(Navigate):
                 f"{rays} to match the robot's lidar; alternatively, change the lidar with "
                 f'sensors={{"{self.lidar}": {{"rays": {samples}}}}}',
             )
+
+    def observation_terms(self) -> Mapping[str, ObservationTerm]:
+        """Return the observation terms of the world, clipped to their bounds, because the robot may leave the area."""
+        return {name: clipped(term) for name, term in super().observation_terms().items()}
 
     def is_too_near(self) -> Mask:
         """Return whether the lidar of each robot sees something too close, (num_envs,) bool."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -15,6 +14,7 @@ from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import ConfigurationError, MissingSettingError, ParameterValueError
 from frobs_core.util.random import RandomSource
 from frobs_core.util.validation import non_negative
+from frobs_tasks_legacy.clipping import clipped
 from frobs_tasks_legacy.reach.config import FILES
 from frobs_tasks_reach import JointSampler, Oscillation, Reach, checked_goal, distance
 
@@ -174,9 +174,9 @@ class ReachLegacy(Reach):
         known, ones = super().observation_terms(), np.ones(3)
         direction = ObservationTerm(read=lambda: unit_direction(self._offset), low=-ones, high=ones, unit="1")
         return {
-            "goal_direction": _clipped(direction),
-            "goal": _clipped(known["goal"]),
-            "joint_positions": _clipped(known["joint_positions"]),
+            "goal_direction": clipped(direction),
+            "goal": clipped(known["goal"]),
+            "joint_positions": clipped(known["joint_positions"]),
         }
 
     def is_at_limit(self) -> Mask:
@@ -233,10 +233,6 @@ class ReachLegacy(Reach):
         if self.config["pos_dynamic"]:
             self._goal[...] = self._motion.at(self._simulation.time)[0]
         super()._measure()
-
-
-def _clipped(term: ObservationTerm) -> ObservationTerm:
-    return replace(term, read=lambda: np.clip(term.read(), term.low, term.high))
 
 
 def at_limits(joint_positions: Floats, lower: Floats, upper: Floats, margin: float) -> Mask:
