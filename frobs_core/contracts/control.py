@@ -69,7 +69,8 @@ class RobotControl:
     Attributes:
         robot: Handle of the robot.
         controllers: Controllers, by joint group.
-        physics_rate: Whether any controller computes a new command at every physics step.
+        physics_rate: Whether any controller of the environment computes a new command at every physics step, so that
+            :meth:`update` is called.
         only: The robot's controller, if there is only one and it moves all joints at the control rate. Otherwise, None.
     """
 
@@ -160,6 +161,8 @@ class Control(Stateful):
             for group, controller in robot.controllers.items()
         }
         self.physics_rate = any(robot.physics_rate for robot in robots.values())
+        for robot in robots.values():
+            robot.physics_rate = self.physics_rate
         spaces = {name: controller.action_space for name, controller in self.controllers.items()}
         self.action_space = next(iter(spaces.values())) if len(spaces) == 1 else _join_spaces(spaces)
         # Part of the full action for each controller, by robot.

@@ -242,3 +242,22 @@ def test_robots_at_one_place_are_rejected():
         RobotEnv(task=CUBE_TASK, robots={"a": "irb120", "b": "irb120"}, controller="joint_position")
     with pytest.raises(UnknownParameterError, match=r"robots\.a has no parameter 'contoller'"):
         RobotEnv(task=CUBE_TASK, robots={"a": {"robot": "irb120", "contoller": "x"}}, controller="joint_position")
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_a_robot_moves_smoothly_beside_one_that_is_controlled_at_each_physics_step(simulator):
+    smooth = {
+        "robot": "irb120",
+        "controller": "tcp_delta_pose",
+        "controller_kwargs": {"interpolate": True},
+        "pose": {"pos": [0, -1, 0]},
+    }
+    yielding = {"robot": "irb120", "controller": "tcp_impedance", "pose": {"pos": [0, 1, 0]}}
+    seen = []
+    for robots in ({"one": smooth}, {"one": smooth, "other": yielding}):
+        with closing(RobotEnv(task="reach_together", robots=robots, simulator=simulator)) as env:
+            env.reset(seed=0)
+            for _ in range(3):
+                env.step(np.full(env.action_space.shape, 0.3))
+            seen.append(env.simulation.robots["one"].joint_positions[0].copy())
+    assert seen[0] == pytest.approx(seen[1], abs=1e-9)
