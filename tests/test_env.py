@@ -289,6 +289,17 @@ def test_staggered_episodes_end_at_different_times():
         RobotVectorEnv(2, stagger=True, **PARTS)
 
 
+def test_an_ended_episode_goes_on_when_its_row_is_restored():
+    with closing(RobotVectorEnv(2, max_episode_steps=2, autoreset_mode="Disabled", **PARTS)) as env:
+        env.reset(seed=0)
+        begun, first, still = env.snapshot(), np.array([True, False]), np.zeros((2, 6))
+        env.step(still)
+        assert env.step(still)[3].all()
+        env.restore_rows(first, begun, np.array([0]))
+        env.reset(options={"reset_mask": ~first})
+        assert not env.step(still)[3].any()
+
+
 @pytest.mark.parametrize("keyword", [{"max_episode_steps": 0}, {"max_episode_steps": 2.5}, {"stagger": "no"}])
 def test_an_impossible_time_limit_of_a_vector_is_refused(keyword):
     with pytest.raises(ParameterValueError, match=next(iter(keyword))):

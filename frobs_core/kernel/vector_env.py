@@ -265,7 +265,7 @@ class RobotVectorEnv(ComposedEnv, gym.vector.VectorEnv[Any, Any, Any]):
             rows: Indices of the snapshot's rows, (n,).
         """
         self._loop.restore_rows(mask, snapshot, rows)
-        self._elapsed[mask] = snapshot["elapsed"][rows]
+        self._elapsed[mask], self._ended[mask] = snapshot["elapsed"][rows], snapshot["ended"][rows]
 
     @deprecated(instead="after_reset.append", since="0.3", removed_in="0.4")
     def call_after_reset(self, callback: Callable[[Mask | None], None]) -> None:
