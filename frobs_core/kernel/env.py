@@ -42,7 +42,8 @@ class Loop(Stateful):
         context: Data about the latest step, for use by the task.
         rng: Source of all random numbers.
         after_reset: Functions that are called in this order after each reset and before the first observation, with the
-            mask of the reset environments, or None for all. They may change the initial state.
+            mask of the reset environments, or None for all. They may replace the initial state with a snapshot's. Tasks,
+            controllers and sensors have already measured it, and do not notice other changes.
         after_step: Functions that are called with the result of each step, before any automatic reset. The rows of
             environments that wait for a next-step autoreset are not meaningful.
         before_autoreset: Functions that a vector environment calls before each automatic reset, when the simulation
