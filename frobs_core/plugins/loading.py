@@ -118,6 +118,9 @@ def _only_hooks(module: ModuleType) -> ModuleType:
     hooks = ModuleType(module.__name__)
     for name, value in list(vars(module).items()):
         if inspect.isfunction(value) and hasattr(value, f"{_PROJECT}_impl"):
+            for parameter in inspect.signature(value).parameters.values():
+                if parameter.default is parameter.empty and not str(parameter).startswith("*"):
+                    raise PluginError(f"the hook {name} has the parameter '{parameter}'; a hook has no parameters")
             setattr(hooks, name, value)
         elif name in HOOKS or name in DEPRECATED_HOOKS:
             raise PluginError(f"'{name}' must be a function with the decorator '@hookimpl'")
@@ -157,6 +160,13 @@ def _check_record(kind: str, record: Record) -> None:
     for mapping in ("capabilities", "needs", "tuned"):
         if not isinstance(getattr(record, mapping, {}), Mapping):
             raise PluginError(f"{owner}: {mapping} is {_article(getattr(record, mapping))}, not a mapping")
+    for mapping in ("capabilities", "needs"):
+        for capability, level in getattr(record, mapping, {}).items():
+            if not isinstance(level, int):
+                raise PluginError(f"{owner}: {mapping}['{capability}'] is {level!r}; use a Level, such as Level.EXACT")
+    for names in ("action_spaces", "suffixes", "methods"):
+        if isinstance(getattr(record, names, ()), str):
+            raise PluginError(f"{owner}: {names} is a str, not a tuple")
     if isinstance(record, TaskRecord):
         if not isinstance(record.environments, tuple):
             raise PluginError(f"{owner}: environments is {_article(record.environments)}, not a tuple")

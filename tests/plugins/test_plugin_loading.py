@@ -66,7 +66,7 @@ BROKEN = {
     ),
     "hook with an argument": (
         HEADER + "@hookimpl\ndef frobs_robots(config): return []",
-        "PluginValidationError: Plugin 'broken-dist:broken' for hook 'frobs_robots'",
+        "the hook frobs_robots has the parameter 'config'; a hook has no parameters",
     ),
     "hook raises": (hook("raise OSError('no licence')"), "OSError: no licence"),
     "hook exits": (hook("raise SystemExit"), "SystemExit"),
@@ -131,6 +131,20 @@ BROKEN = {
             "frobs_simulators",
         ),
         "simulator 'sim': capabilities is a list, not a mapping",
+    ),
+    "level that is a string": (
+        hook(
+            "return [SimulatorRecord(name='sim', summary='s', entry_point='m:S', capabilities={'drive': 'exact'})]",
+            "frobs_simulators",
+        ),
+        "simulator 'sim': capabilities['drive'] is 'exact'; use a Level, such as Level.EXACT",
+    ),
+    "names that are a string": (
+        hook(
+            "return [ModelFormatRecord(name='sdf', summary='s', entry_point='m:R', suffixes='.sdf')]",
+            "frobs_extensions",
+        ),
+        "model_format 'sdf': suffixes is a str, not a tuple",
     ),
     "environments that are a list": (
         hook("return [TaskRecord(name='t', summary='s', entry_point='m:T', environments=[])]", "frobs_tasks"),
