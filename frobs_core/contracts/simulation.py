@@ -310,9 +310,9 @@ class Simulation(Stateful, ABC):
                 the background, which is plain as soon as its color is written. ``light`` is a factor of
                 the brightness of ``"sun"`` or ``"ambient"``. ``camera_position`` [m] and ``camera_rotation``, a rotation
                 vector [rad] in the axes of the camera's image (right, up, back), are (num_envs, 3), and ``camera_fov``
-                [deg] is the vertical field of view. ``texture`` is the number of a pattern of the floor, from 0, the
-                ordinary one, to 64. ``distractors`` is the number of objects without collisions that lie around the
-                scene, up to 8. The fraction after its decimal point chooses their shapes, colors and places.
+                [deg], from 1 to 170, is the vertical field of view. ``texture`` is the number of a pattern of the floor,
+                from 0, the ordinary one, to 64. ``distractors`` is the number of objects without collisions that lie
+                around the scene, up to 8. The fraction after its decimal point chooses their shapes, colors and places.
             target: A scene body or ``"robot/link"`` for mass; a scene body, ``"robot/link"`` or ``"floor"`` for
                 friction; a scene body for size; a robot's name for joint parameters; ``""`` for gravity.
 

@@ -199,6 +199,11 @@ def test_gymnasium_makes_it():
             r"^randomize\.gravity: an interval of 0\.05 s .* 0\.04 s would work",
         ),
         ({"size": {"scale": 1.1}}, ConfigurationError, "this environment has nothing whose size can be changed"),
+        ({"camera_fov": {"scale": [0.01, 1.0]}}, ConfigurationError, "could become 0.4.*, which is below 1; narrow"),
+        ({"camera_fov": {"add": [0, 200]}}, ConfigurationError, "could become 24.*, which is above 170; narrow"),
+        ({"texture": {"set": [0, 65]}}, ConfigurationError, "could become 65, which is above 64"),
+        ({"distractors": {"set": 9}}, ConfigurationError, r"could become 9, which is above 8\.999999"),
+        ({"light": {"add": -2}}, ConfigurationError, "could become -1, which is below 0"),
         ({"color": {"target": "x", "set": 1}}, UnknownNameError, "Available: floor, robot/base_link, robot/link_1, "),
     ],
 )
@@ -222,6 +227,16 @@ def test_an_unbounded_distribution_is_held_above_zero(make):
     values = env.randomization.values
     assert values["mass/robot/link_3"].min() == pytest.approx(0.01 * 2.944)
     assert values["damping/robot/joint_1"].min() == 0.0
+
+
+def test_an_unbounded_distribution_is_held_inside_the_limits_of_the_looks(make):
+    env = make(64, {"camera_fov": {"add": {"normal": 500.0}}, "light": {"scale": {"normal": 2.0}}})
+    env.reset(seed=0)
+    (fov, *_), lights = (
+        [v for k, v in env.randomization.values.items() if k.startswith(p)] for p in ("camera", "light")
+    )
+    assert (fov.min(), fov.max()) == (1.0, 170.0)
+    assert min(map(np.min, lights)) == 0.0
 
 
 def test_a_simulator_that_cannot_is_refused_before_it_is_built(make, monkeypatch):

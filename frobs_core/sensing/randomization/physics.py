@@ -19,6 +19,9 @@ from frobs_core.util.random import RandomSource
 _LEAST = {"mass": 0.01, "size": 0.01}
 """Minimum mass and size of a body, as fractions of its nominal mass and size."""
 
+_LIMITS = {"camera_fov": (1.0, 170.0), "texture": (0.0, 64.0), "distractors": (0.0, 8.999_999)}
+"""Minimum and maximum of parameters that have both."""
+
 _CHANGES: Mapping[str, Callable[[Floats, Floats], Floats]] = {
     "scale": np.multiply,
     "add": np.add,
@@ -80,7 +83,7 @@ class PhysicalParameter(Stateful):
             if any(start <= column < stop for column in self.touched):
                 self._writes.append((unit.target, slice(start, stop) if name in _VECTORS else start))
             start = stop
-        self._least = self._floor(settings)
+        self._limits = self._bounds(settings)
         self._changing = [draw for _, _, draw in self._changes if draw.changes_in_episode]
 
     @property
@@ -158,33 +161,41 @@ class PhysicalParameter(Stateful):
         value = self.nominal[rows]
         for change, columns, draw in self._changes:
             value[:, columns] = _CHANGES[change](value[:, columns], draw.numbers[rows])
-        if self._least is not None:
-            np.maximum(value, self._least[rows], out=value)
+        if self._limits is not None:
+            low, high = self._limits
+            np.clip(value, low[rows], high[rows], out=value)
         self.current[rows] = value
         mask = None if rows.all() else rows
         for target, its in self._writes:
             self._simulation.write_parameter(self.name, target, value[:, its], mask)
 
-    def _floor(self, settings: Sequence[Setting]) -> Floats | None:
-        """Return the minimum values, (num_envs, columns), and reject settings whose values could fall below them.
+    def _bounds(self, settings: Sequence[Setting]) -> tuple[Floats, Floats] | None:
+        """Return the limits of the values, (num_envs, columns) each, and reject settings that could exceed them.
 
-        Draws from an unbounded distribution are clipped to the minimum values instead.
+        Draws from an unbounded distribution are clipped to the limits instead.
         """
         if self.name in _SIGNED or self.name not in CAPABILITY:
             return None
-        least = self.nominal * _LEAST.get(self.name, 0.0)
-        value = self.nominal.copy()
-        for setting, (change, columns, _) in zip(settings, self._changes, strict=True):
-            low = setting.distribution.low
-            # Unbounded distributions pass this check, because their draws are later clipped.
-            value[:, columns] = np.where(np.isneginf(low), np.inf, _CHANGES[change](value[:, columns], low))
-        wrong = np.flatnonzero((value < least).any(axis=0))
-        if wrong.size:
-            column = int(wrong[0])
-            bound = f"{_LEAST[self.name]:.0%} of the nominal {self.name}" if self.name in _LEAST else "0"
-            raise SettingError(
-                settings[-1].place,
-                f"the {self.name} of {self.names[column]}, whose nominal value is {self.nominal[0, column]:.6g}, "
-                f"could become {value[0, column]:.6g}, which is below {bound}; narrow the range.",
-            )
-        return least
+        lowest, highest = _LIMITS.get(self.name, (0.0, np.inf))
+        least = np.maximum(self.nominal * _LEAST.get(self.name, 0.0), lowest)
+        most = np.full_like(least, highest)
+        for end, sign, limits in (("low", 1.0, least), ("high", -1.0, most)):
+            value = self.nominal.copy()
+            for setting, (change, columns, _) in zip(settings, self._changes, strict=True):
+                number = getattr(setting.distribution, end)
+                # Unbounded distributions pass this check, because their draws are later clipped.
+                changed = _CHANGES[change](value[:, columns], number)
+                value[:, columns] = np.where(np.isinf(number), sign * np.inf, changed)
+            wrong = [column for column in self.touched if (sign * value < sign * limits)[:, column].any()]
+            if wrong:
+                column = wrong[0]
+                limit = f"{limits[0, column]:.7g}"
+                if self.name in _LEAST:
+                    limit = f"{_LEAST[self.name]:.0%} of the nominal {self.name}"
+                raise SettingError(
+                    settings[-1].place,
+                    f"the {self.name} of {self.names[column]}, whose nominal value is {self.nominal[0, column]:.6g}, "
+                    f"could become {value[0, column]:.6g}, which is {'below' if end == 'low' else 'above'} {limit}; "
+                    "narrow the range.",
+                )
+        return least, most
