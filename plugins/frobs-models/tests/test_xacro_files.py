@@ -37,6 +37,11 @@ def test_arguments_reach_the_file(write):
     assert size_of(path, xacro_args={"size": "5"}) == 10
 
 
+def test_a_suffix_in_capitals_is_that_of_a_xacro_file(write):
+    path = write('<xacro:arg name="size" default="2"/>' + box("$(arg size)"), "R.URDF.XACRO")
+    assert size_of(path, xacro_args={"size": "5"}) == 5
+
+
 @pytest.mark.parametrize(
     ("expression", "value"),
     [

@@ -424,7 +424,7 @@ def read_text(path: Path, arguments: Mapping[str, str], packages: Packages) -> t
         ModelFileError: The file is invalid (see :func:`expand_xacro`), or arguments are passed for a file that is not a
             xacro file.
     """
-    if path.suffix == ".xacro":
+    if path.suffix.lower() == ".xacro":
         return expand_xacro(path, arguments, packages), True
     if arguments:
         raise ModelFileError(
