@@ -45,6 +45,17 @@ def test_the_doctor_names_the_joints_that_exist(frobs: Frobs, file: str) -> None
     assert "no actuated joint of 'r' is named 'lft'. Did you mean 'left'?" in result.stderr
 
 
+def test_show_uses_the_options_of_a_model_file(frobs: Frobs, file: str, tmp_path: Path) -> None:
+    for option, name in (("--tcp", "nope"), ("--gripper", "lft")):
+        result = frobs("show", file, option, name)
+        assert (result.exit_code, f"is named '{name}'" in result.stderr) == (2, True), result.stderr
+    [facts] = json.loads(frobs("show", file, "--gripper", "left", "--json").stdout)
+    assert {row["group"]: row["joints"] for row in facts["groups"]}["gripper"] == ["left"]
+    (tmp_path / "robot.yaml").write_text(f"robot: {file}\nhome: {{nope: 1.0}}\n")
+    result = frobs("show", str(tmp_path / "robot.yaml"))
+    assert (result.exit_code, "is named 'nope'" in result.stderr) == (2, True), result.stderr
+
+
 def test_show_lists_what_was_found_and_fitted(frobs: Frobs, file: str) -> None:
     [facts] = json.loads(frobs("show", PICK, "--robot", file, "--json").stdout)
     rows = {row["setting"]: row for row in facts["found_and_fitted"]}

@@ -12,8 +12,8 @@ from frobs_core.contracts import joint_groups
 from frobs_core.description import ALL, Robot
 from frobs_core.kernel.robot_config import RobotConfig
 from frobs_core.kernel.robot_file import is_robot_file
-from frobs_core.models import JointType, RobotModel, is_model_file
-from frobs_core.util.errors import FrobsError
+from frobs_core.models import JointType, RobotModel, find_reader, home_positions, is_model_file
+from frobs_core.util.errors import FrobsError, check_name
 
 
 def robot_of(name: str, keywords: Mapping[str, Any]) -> Robot | None:
@@ -24,7 +24,9 @@ def robot_of(name: str, keywords: Mapping[str, Any]) -> Robot | None:
         keywords: Keywords of a robot that is a file, such as ``xacro_args``.
     """
     if is_model_file(name) or is_robot_file(name):
-        return RobotConfig(robot=name, **keywords).describe()
+        config = RobotConfig(robot=name, **keywords)
+        robot = config.describe()
+        return find_reader(robot.model).with_gripper(robot, config.gripper) if "gripper" in keywords else robot
     bare = name.removeprefix("robot:")
     if bare not in plugins.records("robot"):
         return None
@@ -37,8 +39,12 @@ def describe_file(robot: Robot) -> dict[str, Any]:
 
     Raises:
         ModelFileError: The file cannot be read.
+        UnknownNameError: The tool center point is not a link, or the home position names a joint that does not exist.
     """
-    robot.read_model()
+    model = robot.read_model()
+    home_positions(model, robot.home)
+    if robot.tcp is not None:
+        check_name(f"link of '{model.name}'", robot.tcp, [link.name for link in model.links])
     return {"kind": "robot file", "name": robot.name, **describe_robot(robot)}
 
 
