@@ -76,6 +76,7 @@ class Task(Stateful, ABC):
         fitting: ``"module:function"`` of the function that fits the task to an arm that is passed as a model file, or empty
             if the task takes robots as they are. The gripper of the arm is found in the file. The function receives the
             task's class, the arm's :class:`~frobs_core.description.Robot` and its model, and returns :class:`Fitted`.
+        replacing: Parameters that replace others: by name, the parameters that a user cannot set together with it.
         control_timestep: Default time between two actions [s].
         physics_timestep: Default duration of one physics step [s].
         success_rule: Success condition of an episode, as one sentence without a period, for listings and documentation
@@ -96,6 +97,7 @@ class Task(Stateful, ABC):
     reset_options: ClassVar[Sequence[str]] = ()
     robots: ClassVar[Sequence[str]] = ()
     fitting: ClassVar[str] = ""
+    replacing: ClassVar[Mapping[str, Sequence[str]]] = {}
     control_timestep: ClassVar[float] = 0.04
     physics_timestep: ClassVar[float] = 0.002
     success_rule: ClassVar[str] = ""

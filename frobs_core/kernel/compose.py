@@ -15,7 +15,7 @@ from frobs_core.description import Placement, Robot, Scene
 from frobs_core.kernel.added_terms import AddedTerms, needed_capabilities, without_dropped
 from frobs_core.kernel.added_terms import read_settings as read_observations
 from frobs_core.kernel.config import KEYWORDS, EnvConfig
-from frobs_core.kernel.fitting import fit_robots
+from frobs_core.kernel.fitting import check_replaced, fit_robots
 from frobs_core.kernel.robot_config import RobotConfig, find_record
 from frobs_core.models import RobotModel
 from frobs_core.plugins.capabilities import check_capabilities
@@ -118,6 +118,7 @@ def plan(config: EnvConfig, num_envs: int) -> Plan:
     records = [record for of_robot in chosen.values() for record, _ in of_robot.values()]
 
     _check_pace(simulator, num_envs)
+    check_replaced(task_class, config)
     the_task: Task = build(f"task '{task.name}'", task_class, {**fitted.task, **config.task_parameters}, KEYWORDS)
     for name in the_task.robots:
         check_robot(f"task '{task.name}'", name, robots)

@@ -17,6 +17,7 @@ from frobs_core.models import RobotModel, default_tcp
 from frobs_core.models.load import find_reader
 from frobs_core.plugins.records import ControllerDefaults, TaskRecord
 from frobs_core.util.attributes import load_attribute
+from frobs_core.util.errors import ConflictingOptionsError
 from frobs_core.util.plain import to_json
 
 _log = logging.getLogger("frobs")
@@ -76,6 +77,19 @@ def fit_robots(task: Any, robots: Mapping[str, RobotConfig], fit: bool | None) -
     return result
 
 
+def check_replaced(task: Any, config: EnvConfig) -> None:
+    """Check that the user sets no parameter of a task that another one replaces.
+
+    Raises:
+        ConflictingOptionsError: A parameter is replaced.
+    """
+    given = config.task_parameters
+    for name, others in ({} if config.fit is False else getattr(task, "replacing", {})).items():
+        for other in others if given.get(name) is not None else ():
+            if other in given:  # without ``fit: false``, no fitted parameter is among those of the user
+                raise ConflictingOptionsError([name, other], f"{other} has no effect with {name}")
+
+
 def fixed_keywords(keywords: Mapping[str, Any]) -> dict[str, Any]:
     """Return the keywords of an environment that state what is read from its robot file and derived from its robot.
 
@@ -86,7 +100,8 @@ def fixed_keywords(keywords: Mapping[str, Any]) -> dict[str, Any]:
         keywords: All keywords of the environment, including those of its ID.
 
     Raises:
-        FrobsError: The robot cannot be described, has no gripper, or has no working area.
+        FrobsError: The robot cannot be described, has no gripper, or has no working area, or a parameter of the task is
+            replaced by another one.
     """
     config = EnvConfig.from_dict(keywords)
     if config.robots is not None or not isinstance(config.robot, str):
@@ -97,7 +112,9 @@ def fixed_keywords(keywords: Mapping[str, Any]) -> dict[str, Any]:
         found = {name: value for name in KEYS if (value := getattr(config, name))}
     if not robot.from_file and not config.fit:
         return found
-    fitted = fit_robots(find_record(TaskRecord, config.task).load(), {"robot": robot}, config.fit)
+    task = find_record(TaskRecord, config.task).load()
+    check_replaced(task, config)
+    fitted = fit_robots(task, {"robot": robot}, config.fit)
     if "robot" in fitted.grippers:
         found["gripper"] = fitted.grippers["robot"]
     if fitted.task:

@@ -64,6 +64,14 @@ def test_the_frame_of_the_object_is_where_the_tool_grips_it(tmp_path: Path) -> N
         assert task.cube.pos[:, 2] == pytest.approx(task.rest_height, abs=1e-3)  # it rests on the floor
 
 
+@pytest.mark.parametrize("given", [{"size": 0.05}, {"mass": 0.2}])
+def test_the_size_and_the_mass_of_the_cube_cannot_be_set_for_an_object(tmp_path: Path, given: dict[str, float]) -> None:
+    with pytest.raises(
+        ConfigurationError, match=f"object and {next(iter(given))} cannot be combined; .* has no effect"
+    ):
+        gym.make(PANDA, object=str(write("bracket", tmp_path)), **given)
+
+
 def test_a_scale_that_fits_is_suggested_and_works(tmp_path: Path) -> None:
     path = tmp_path / "ball.stl"
     trimesh.creation.icosphere(radius=0.06).export(path)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -41,6 +41,7 @@ class PickAndPlace(ObjectTask):
         keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.manipulation.ObjectTask`.
     """
 
+    replacing: ClassVar[Mapping[str, Sequence[str]]] = {"object": ("size", "mass")}
     raised_by: ClassVar[Sequence[str]] = ("highest",)
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.grasp:CarryCube"
     success_rule: ClassVar[str] = HELD + _CONDITION
