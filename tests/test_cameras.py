@@ -123,6 +123,8 @@ def test_simulator_without_intrinsics_refuses_them() -> None:
         ({**WRIST, "target": WRIST["pos"]}, "cameras.wrist.target is .*; it must be a point other than"),
         ({**WRIST, "pos": [0, 0, float("nan")]}, "cameras.wrist: pos.2 is nan; it must be a finite number"),
         ({**WRIST, "fov_y": 180}, "fov_y is 180; it must be less than 180"),
+        ({**WRIST, "fov_y": 1e-6}, "cameras.wrist: field of view is 1e-06; it must be at least 0.01 degrees"),
+        ({**WRIST, "intrinsics": {**LENS, "fx": 1e9}}, "cameras.wrist: field of view .* at least 0.01 degrees"),
         ({**WRIST, "fov_y": 60, "intrinsics": LENS}, "fov_y and cameras.wrist.intrinsics cannot be combined"),
         ({**WRIST, "intrinsics": {"fx": 100}}, "cameras.wrist needs intrinsics.fy"),
         ({**WRIST, "intrinsics": {**LENS, "k1": 0.1}}, "'intrinsics' of cameras.wrist has no parameter 'k1'"),

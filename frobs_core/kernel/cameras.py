@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
+from math import degrees
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field  # noqa: TID253 - only imported if cameras are given
@@ -12,6 +13,7 @@ from frobs_core.description import Camera, Intrinsics, Placement, Scene
 from frobs_core.util.errors import ConflictingOptionsError, MissingSettingError, ParameterValueError, check_name
 from frobs_core.util.validation import validate
 
+_NARROWEST = 0.01  # [deg] with a much smaller field of view, PyBullet draws without end
 _Point = tuple[float, float, float]
 
 
@@ -77,6 +79,10 @@ def with_cameras(
         cameras[name] = camera = replace(cameras[name], **changes) if name in cameras else Camera(**changes)
         if tuple(camera.pos) == tuple(camera.target):
             raise ParameterValueError(f"{owner}.target", camera.target, "a point other than the camera's pos")
+        lens = camera.intrinsics
+        narrowest = min(camera.fov_y, 180.0 if lens is None else degrees(lens.width / lens.fx))
+        if narrowest < _NARROWEST:
+            raise ParameterValueError(f"{owner}: field of view", narrowest, f"at least {_NARROWEST:g} degrees")
     return replace(scene, cameras=cameras)
 
 
