@@ -9,13 +9,15 @@ from pathlib import Path
 from runpy import run_path
 
 import pytest
+import trimesh
 from gripper_arms import arm, robot, two_fingers
 from typer.testing import CliRunner, Result
 
 from frobs_cli.program import program
 from frobs_core.description import Robot
-from frobs_core.models import find_reader
+from frobs_core.models import Mesh, find_reader, load_model
 from frobs_devkit.cli import new as module
+from frobs_models import read_mesh
 
 Frobs = Callable[..., Result]
 FAULTY = """<robot name="faulty"><link name="a"/><link name="b"/>
@@ -198,12 +200,35 @@ def test_a_robots_file_is_taken_over_with_all_that_it_names(frobs: Frobs, tiny_a
     package = Path("frobs-robots-tiny/src/frobs_robots_tiny")
     text = (package / "tiny.urdf").read_text()
     assert 'filename="meshes/shape.stl"' in text
-    assert 'filename="meshes/shape_2.stl"' in text
-    assert (package / "meshes/shape_2.stl").read_bytes() == tiny_arm.with_name("two").joinpath("shape.stl").read_bytes()
+    assert 'filename="meshes/2/shape.stl"' in text
+    assert (package / "meshes/2/shape.stl").read_bytes() == tiny_arm.with_name("two").joinpath("shape.stl").read_bytes()
     assert str(tiny_arm.parent) not in text
     description = (package / "robot.py").read_text()
     assert 'tcp="tool"' in description
     assert "``turn``: revolute, -2 to 2" in description
+
+
+def test_files_that_meshes_name_keep_their_content(tmp_path: Path) -> None:
+    from frobs_devkit.scaffold.robot_file import copy_model
+
+    visual = '<visual><geometry><mesh filename="{}"/></geometry></visual>'
+    for folder, color in (("one", "1 0 0"), ("two", "0 1 0")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "look.mtl").write_text(f"newmtl look\nKd {color}\n")
+        (tmp_path / folder / f"{folder}.obj").write_text(
+            "mtllib look.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl look\nf 1 2 3\n"
+        )
+    for name, content in trimesh.Scene(trimesh.creation.box((0.1, 0.1, 0.1))).export(file_type="gltf").items():
+        (tmp_path / "two" / name).write_bytes(content)
+    meshes = "".join(map(visual.format, ("one/one.obj", "two/two.obj", "two/model.gltf")))
+    (tmp_path / "r.urdf").write_text(f'<robot name="r"><link name="a">{meshes}</link></robot>')
+    copy_model(load_model(tmp_path / "r.urdf"), tmp_path / "copy" / "r.urdf")
+    one, two, box = (shape.geometry for shape in load_model(tmp_path / "copy" / "r.urdf").links[0].visuals)
+    assert isinstance(one, Mesh)
+    assert isinstance(two, Mesh)
+    assert isinstance(box, Mesh)
+    assert [part.rgba for mesh in (one, two) for part in read_mesh(mesh.path)] == [(1, 0, 0, 1), (0, 1, 0, 1)]
+    assert len(read_mesh(box.path)[0].faces) == 12
 
 
 def test_a_file_on_which_the_kit_fails_is_rejected_before_anything_is_written(frobs: Frobs, tiny_arm: Path) -> None:

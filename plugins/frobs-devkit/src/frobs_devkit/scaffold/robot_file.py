@@ -32,6 +32,8 @@ _POSTURES = 2048
 _FATAL = ("model_has_joints", "tcp_moves")
 _SIMULATOR = "mujoco"
 _LICENSES = ("LICEN[CS]E*", "COPYING*", "COPYRIGHT*")
+_NAMED = {".obj": re.compile(r"^mtllib (.*)$", re.MULTILINE), ".gltf": re.compile(r'"uri"\s*:\s*"([^"]*)"')}
+"""Expressions for the names of the files that a mesh refers to, by suffix of the mesh."""
 _LICENSE_FOLDERS = 5  # maximum number of folders to search, starting with the model file's own folder
 
 
@@ -209,8 +211,8 @@ def copy_model(model: RobotModel, file: Path) -> None:
     root = ElementTree.fromstring(model.xml)
     taken: dict[Path, str] = {}
     for element in root.iter():
-        for attribute in ("filename", "file"):
-            source = Path(element.get(attribute, "").removeprefix("file://"))
+        for attribute, value in element.attrib.items():
+            source = Path(value.removeprefix("file://"))
             if source.is_absolute() and source.is_file():
                 element.set(attribute, f"meshes/{_take(source, file.parent / 'meshes', taken)}")
     compiler = root.find("compiler")
@@ -223,22 +225,20 @@ def copy_model(model: RobotModel, file: Path) -> None:
 
 
 def _take(source: Path, folder: Path, taken: dict[Path, str]) -> str:
-    """Copy a file into a folder under a unique name, unless it has been copied before, and return the name."""
-    if source not in taken:
-        name, number = source.name, 1
-        while name in taken.values():
-            number += 1
-            name = f"{source.stem}_{number}{source.suffix}"
-        folder.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(source, folder / name)
-        taken[source] = name
-        if source.suffix.lower() == ".obj":
-            for line in source.read_text(errors="replace").splitlines():
-                material = source.parent / line.removeprefix("mtllib ").strip()
-                beside = material.resolve().is_relative_to(source.parent.resolve())
-                if line.startswith("mtllib ") and beside and material.is_file():
-                    shutil.copyfile(material, folder / material.name)
-    return taken[source]
+    """Copy a file, and the files beside it that a mesh names, and return its new path in the folder.
+
+    Files of one name from different folders do not replace each other, because each of these has a subfolder.
+    """
+    place = folder / taken.setdefault(source.parent, str(len(taken) + 1) if taken else "")
+    named = _NAMED.get(source.suffix.lower())
+    names = named.findall(source.read_text(errors="replace")) if named else []
+    for name in (source.name, *map(str.strip, names)):
+        file = source.parent / name
+        if file.is_file() and file.resolve().is_relative_to(source.parent.resolve()):
+            target = place / os.path.relpath(file, source.parent)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(file, target)
+    return (place / source.name).relative_to(folder).as_posix()
 
 
 def _check(robot: Robot) -> Report:
