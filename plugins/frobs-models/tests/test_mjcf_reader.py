@@ -144,6 +144,23 @@ def test_joint_equalities_become_mimic_joints(write):
     assert (mimic.joint, mimic.multiplier, mimic.offset) == ("a", -2, pytest.approx(0.1 + 0.2 + 2 * 0.3))
 
 
+def test_the_actuator_of_a_joint_that_follows_limits_the_effort_of_its_leader(write):
+    finger = '<body name="{0}"><joint name="{0}" type="slide"/><geom size=".1"/></body>'
+    equality = '<equality><joint joint1="b" joint2="a" polycoef="0 -2 0 0 0"/></equality>'
+    actuator = '<actuator><position joint="b" kp="100" forcerange="-35 35"/></actuator>'
+    model = load_model(write(world(finger.format("a") + finger.format("b")) + equality + actuator))
+    assert model.joint_names == ("a",)
+    assert model.actuated_joints[0].limits.effort == 70.0
+
+
+def test_a_geom_without_a_type_is_a_sphere_that_mujoco_fits_to_its_mesh(write):
+    asset = '<asset><mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>'
+    path = write(asset + world(HINGED.replace("<geom", '<geom mesh="m"/><geom')))
+    model, compiled = load_model(path), mujoco.MjModel.from_xml_path(str(path))
+    assert list(compiled.geom_type) == [mujoco.mjtGeom.mjGEOM_SPHERE] * 3
+    assert any("collision shape that only MuJoCo supports" in note.text for note in model.notes)
+
+
 def test_coefficients_of_an_equality_that_are_omitted_are_those_of_mujoco(write):
     slide = '<body name="{0}"><joint name="{0}" type="slide"/><geom size=".1"/></body>'
     equality = '<equality><joint joint1="b" joint2="a" polycoef="0.2"/></equality>'

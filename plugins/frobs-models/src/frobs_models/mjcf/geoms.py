@@ -65,7 +65,7 @@ def read_geom(document: MjcfDocument, geom: Element, frame: Floats) -> Geom:
     Raises:
         ModelFileError: The geom's size is missing.
     """
-    kind = geom.get("type", "mesh" if "mesh" in geom.attrib else "sphere")
+    kind = geom.get("type", "sphere")
     pose, size = _placed(document, geom, kind)
     geometry = _geometry(document, geom, kind, size)
     volume, inertia = math.nan, np.zeros((3, 3))

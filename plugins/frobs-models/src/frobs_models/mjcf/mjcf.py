@@ -409,3 +409,9 @@ class _MjcfReader:
             elements[follower], i = element, places[follower]
             self.joints[i] = replace(self.joints[i], mimic=Mimic(leader, multiplier, offset))
         self.joints = list(flatten_mimics(self.joints, elements))
+        for joint in self.joints:
+            if joint.mimic is None or joint.name not in self.efforts or joint.mimic.joint in self.efforts:
+                continue
+            leader = self.joints[i := places[joint.mimic.joint]]  # its drive moves the joint that has the actuator
+            effort = min(leader.limits.effort, abs(joint.mimic.multiplier) * self.efforts[joint.name])
+            self.joints[i] = replace(leader, limits=replace(leader.limits, effort=effort))
