@@ -90,6 +90,12 @@ def test_every_tool_attaches_to_every_arm(arm: str, name: str, simulator: str) -
     assert robot.groups == {"arm": model_of(arm_alone).joint_names, **({"gripper": fingers} if fingers else {})}
 
 
+def test_the_pose_of_a_tool_may_consist_of_numbers_of_numpy() -> None:
+    turned = tool("irb120").attach("tool0", tool("suction_cup"), pos=tuple(np.array([0.0, 0.0, 0.02])))
+    (mount,) = [joint for joint in turned.read_model().joints if joint.name == "gripper_mount"]
+    assert mount.origin.pos == (0.0, 0.0, 0.02)
+
+
 def test_a_tool_that_does_not_exist_is_named() -> None:
     with pytest.raises(UnknownNameError, match=r"paralel_gripper.*parallel_gripper"):
         RobotConfig(robot="irb120+paralel_gripper").describe()

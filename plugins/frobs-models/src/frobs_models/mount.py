@@ -109,10 +109,15 @@ def _join(arm: RobotModel, link: str, tool: RobotModel, name: str, title: str, p
     mount = ET.SubElement(combined, "joint", {"name": mounted, "type": "fixed"})
     ET.SubElement(mount, "parent", {"link": link})
     ET.SubElement(mount, "child", {"link": f"{name}_{tool.root}"})
-    ET.SubElement(mount, "origin", {"xyz": " ".join(map(repr, pos)), "rpy": " ".join(map(repr, rpy))})
+    ET.SubElement(mount, "origin", {"xyz": _numbers(pos), "rpy": _numbers(rpy)})
     combined.extend(part)
     ET.indent(combined)
     return ET.tostring(combined, encoding="unicode") + "\n"
+
+
+def _numbers(vector: Vector3) -> str:
+    """Return numbers as text, also those of NumPy."""
+    return " ".join(repr(float(number)) for number in vector)
 
 
 def _gains(
