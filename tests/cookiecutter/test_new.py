@@ -229,6 +229,11 @@ def test_files_that_meshes_name_keep_their_content(tmp_path: Path) -> None:
     assert isinstance(box, Mesh)
     assert [part.rgba for mesh in (one, two) for part in read_mesh(mesh.path)] == [(1, 0, 0, 1), (0, 1, 0, 1)]
     assert len(read_mesh(box.path)[0].faces) == 12
+    (tmp_path / "sky.png").write_bytes(b"")
+    sky = '<asset><texture name="sky" type="skybox" fileup="sky.png"/></asset>'
+    (tmp_path / "r.xml").write_text(f'<mujoco>{sky}<worldbody><body><geom size=".1"/></body></worldbody></mujoco>')
+    copy_model(load_model(tmp_path / "r.xml"), tmp_path / "copy" / "r.xml")
+    assert 'fileup="meshes/sky.png"' in (tmp_path / "copy" / "r.xml").read_text()
 
 
 def test_a_file_on_which_the_kit_fails_is_rejected_before_anything_is_written(frobs: Frobs, tiny_arm: Path) -> None:
