@@ -157,6 +157,17 @@ def test_the_description_has_groups_a_tool_and_drives_that_hold(tmp_path: Path) 
     assert described == find_reader(path).with_gripper(Robot(model=str(path), name="r", home={"j2": 0.3}))
 
 
+@pytest.mark.parametrize("end", [two_fingers(), one_jaw()], ids=["two fingers", "one jaw"])
+def test_the_file_of_a_described_gripper_can_be_described_again(tmp_path: Path, end: str) -> None:
+    path = tmp_path / "r.urdf"
+    path.write_text(robot(arm(6), end))
+    once = find_reader(path).with_gripper(Robot(model=str(path), name="r"))
+    twice = find_reader(path).with_gripper(Robot(model=once.model, name="r"))
+    poses = [each.read_model().frame_pose("frobs_tcp", np.zeros((1, 7))) for each in (once, twice)]
+    assert poses[1][0] == pytest.approx(poses[0][0], abs=2e-3)  # [m]
+    assert twice.end_effectors["gripper"].gap == pytest.approx(once.end_effectors["gripper"].gap, abs=2e-3)
+
+
 def test_drives_carry_the_motors_of_the_file_and_an_object(tmp_path: Path) -> None:
     def described(text: str, ending: str) -> Robot:
         path = tmp_path / f"r{ending}"

@@ -230,6 +230,10 @@ def _armature(model: RobotModel, squares: Mapping[str, float]) -> Iterator[tuple
 def _rewritten(model: RobotModel, gripper: Gripper) -> str:
     """Return the text of the URDF with the tool center point, convex fingers and plausible limits of their drives."""
     root = ET.fromstring(model.xml) if model.format == "urdf" else urdf_of(model)
+    for old in [*root.findall("link"), *root.findall("joint")]:  # of a file that was already rewritten
+        child = old.find("child")
+        if TCP in (old.get("name"), None if child is None else child.get("link")):
+            root.remove(old)
     elements = {element.get("name"): element for element in root.findall("link")}
     ET.SubElement(root, "link", {"name": TCP})
     mount = ET.SubElement(root, "joint", {"name": f"{TCP}_mount", "type": "fixed"})
