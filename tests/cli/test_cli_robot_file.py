@@ -10,6 +10,7 @@ import pytest
 from gripper_arms import arm, robot, two_fingers
 from typer.testing import Result
 
+from frobs_core.kernel.robot_file import read_robot_file
 from frobs_core.util.yaml import load_yaml
 
 Frobs = Callable[..., Result]
@@ -39,10 +40,29 @@ def test_the_doctor_writes_a_robot_file_once(frobs: Frobs, file: str, tmp_path: 
     assert (result.exit_code, "exists already" in result.stderr) == (2, True)
 
 
+def test_the_doctor_writes_a_robot_file_for_another_one(frobs: Frobs, file: str, tmp_path: Path) -> None:
+    attach = {"robot": "two_finger_hand", "link": "palm", "rpy": [0.0, 0.0, 0.1]}
+    own = {"robot": file, "tcp": "palm", "home": {"j2": 0.3}, "attach": attach, "gripper": {"joints": ["left"]}}
+    (tmp_path / "own.yaml").write_text(json.dumps(own))
+    (tmp_path / "below").mkdir()
+    written = tmp_path / "below" / "written.yaml"
+    done = frobs("doctor", "robot", str(tmp_path / "own.yaml"), "--simulator", "mujoco", "--write", str(written))
+    assert done.exit_code == 0, done.stderr
+    again = read_robot_file(written)
+    assert [again[key] for key in ("robot", "tcp", "home", "attach")] == [file, "palm", {"j2": 0.3}, attach]
+    assert again["gripper"]["joints"] == ["left"]
+
+
 def test_the_doctor_names_the_joints_that_exist(frobs: Frobs, file: str) -> None:
     result = frobs("doctor", "robot", file, "--gripper", "lft")
     assert result.exit_code == 2
     assert "no actuated joint of 'r' is named 'lft'. Did you mean 'left'?" in result.stderr
+
+
+def test_the_doctor_names_the_links_that_exist(frobs: Frobs, file: str, tmp_path: Path) -> None:
+    (tmp_path / "robot.yaml").write_text(f"robot: {file}\ntcp: plam\n")
+    result = frobs("doctor", "robot", str(tmp_path / "robot.yaml"), "--simulator", "mujoco")
+    assert (result.exit_code, "no link of 'r' is named 'plam'. Did you mean 'palm'?" in result.stderr) == (2, True)
 
 
 def test_show_uses_the_options_of_a_model_file(frobs: Frobs, file: str, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from frobs_cli.errors import CommandLineError
 from frobs_cli.model_options import PackagePath, XacroArgs, package_paths, xacro_args
 from frobs_cli.options import Attach, Gripper, Json
 from frobs_cli.output import only_json, print_json, print_note
+from frobs_core.kernel.robot_file import is_robot_file, read_robot_file
 from frobs_core.util.files import write_text
 from frobs_devkit.cli.doctor_report import print_report
 
@@ -76,8 +77,12 @@ def robot(
     if write is not None:
         from frobs_devkit.doctor.robot_file import robot_file_text
 
-        settings = {"xacro_args": given, "package_paths": folders, "attach": attach}
-        text = robot_file_text(report, file, {key: value for key, value in settings.items() if value}, write)
+        own = read_robot_file(file) if is_robot_file(file) else {"robot": file}
+        for key, value in (("xacro_args", given), ("package_paths", folders)):
+            own[key] = {**own.get(key, {}), **value}
+        own["attach"] = attach or own.get("attach")
+        described = own.pop("robot")
+        text = robot_file_text(report, described, {key: value for key, value in own.items() if value}, write)
         write_text(write, text)
         print_note(f"written: {write}")
     if json:

@@ -11,7 +11,7 @@ from frobs_core import plugins
 from frobs_core.description import Robot
 from frobs_core.kernel.robot_config import RobotConfig
 from frobs_core.models import Note, RobotModel, Treatment, home_positions
-from frobs_core.util.errors import UnsuitableRobotError
+from frobs_core.util.errors import UnsuitableRobotError, check_name
 from frobs_devkit.doctor.bodies import body_findings, link_facts
 from frobs_devkit.doctor.joints import joint_facts, joint_findings, tool_candidates, tool_findings
 from frobs_devkit.doctor.reading import read
@@ -71,6 +71,8 @@ def examine_robot(
     reading = read(own.model, own.xacro_args, own.package_paths)
     model = reading.model
     home = home_positions(model, own.home)
+    if own.tcp is not None:
+        check_name(f"link of '{model.name}'", own.tcp, [link.name for link in model.links])
     joints, links, tools = joint_facts(model, home), link_facts(model), tool_candidates(model, own.tcp)
     asked = simulator_facts(model, simulators, own.home)
     findings = [

@@ -35,12 +35,17 @@ _REASONS = {
 def robot_file_text(report: RobotReport, robot: str, settings: Mapping[str, Any], file: Path) -> str:
     """Return the text of a robot file for a robot, which is a name or a model file.
 
-    The settings are ``xacro_args``, ``package_paths`` and ``attach``. Paths in the text are relative to its folder.
+    The settings are other keys of a robot file. The gripper is that of the report. Paths in the text are relative to its
+    folder.
     """
     lines = [_HEAD.format(name=file.name), f"robot: {to_json(_relative(robot, file))}"]
     for name, value in settings.items():
+        if name == "gripper":
+            continue
         if name == "package_paths":
             value = {package: _relative(str(folder), file) for package, folder in value.items()}
+        elif name == "attach" and isinstance(value, Mapping):
+            value = {**value, "robot": _relative(str(value["robot"]), file)}
         elif name == "attach":
             device, link = device_and_link(str(value))
             value = at_link(_relative(device, file), link)
