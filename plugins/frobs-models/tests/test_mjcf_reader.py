@@ -6,8 +6,9 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 import pytest
+import trimesh
 
-from frobs_core.models import JointType, RobotModel, inertia_matrix, load_model
+from frobs_core.models import JointType, RobotModel, Sphere, inertia_matrix, load_model
 from frobs_core.models.defaults import composite_inertia
 from frobs_core.util.errors import ModelFileError
 
@@ -153,11 +154,13 @@ def test_the_actuator_of_a_joint_that_follows_limits_the_effort_of_its_leader(wr
     assert model.actuated_joints[0].limits.effort == 70.0
 
 
-def test_a_geom_without_a_type_is_a_sphere_that_mujoco_fits_to_its_mesh(write):
-    asset = '<asset><mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>'
+def test_a_geom_without_a_type_is_a_sphere_that_mujoco_fits_to_its_mesh(write, tmp_path):
+    trimesh.creation.box((0.1, 0.2, 0.3)).export(tmp_path / "m.stl")
+    asset = '<asset><mesh name="m" file="m.stl"/></asset>'
     path = write(asset + world(HINGED.replace("<geom", '<geom mesh="m"/><geom')))
     model, compiled = load_model(path), mujoco.MjModel.from_xml_path(str(path))
     assert list(compiled.geom_type) == [mujoco.mjtGeom.mjGEOM_SPHERE] * 3
+    assert all(isinstance(shape.geometry, Sphere) for link in model.links for shape in link.collisions)
     assert any("collision shape that only MuJoCo supports" in note.text for note in model.notes)
 
 
