@@ -14,7 +14,10 @@ import pytest
 from expert_runs import made, success_rate
 from gripper_arms import arm, robot, two_fingers
 
+from frobs_core.description import Robot
+from frobs_core.models import find_reader
 from frobs_core.util.errors import ConfigurationError, UnsuitableRobotError
+from frobs_tasks_manipulation.fit import kinematics
 
 ID = "frobs_core:frobs/{}-v0"
 PICK = ID.format("PickAndPlace")
@@ -49,6 +52,14 @@ def test_the_order_of_the_joints_in_the_file_means_nothing(tmp_path: Path) -> No
             task: Any = env.task
             found.append([*task.center, task.area, task.highest, task.size])  # the tool may be turned by half a turn
     np.testing.assert_allclose(found[0], found[1], atol=1e-6)
+
+
+def test_the_area_is_not_in_a_base_behind_a_link_without_shapes(tmp_path: Path) -> None:
+    text = robot(arm(6), two_fingers()).replace('size="0.1 0.1 0.1"', 'size="0.5 0.5 0.1"', 1)
+    mount = '<link name="world"/><joint name="w" type="fixed"><parent link="world"/><child link="base"/></joint>'
+    (tmp_path / "wide.urdf").write_text(text.replace("</robot>", f"{mount}</robot>"))
+    described = find_reader("wide.urdf").with_gripper(Robot(model=str(tmp_path / "wide.urdf")))
+    assert kinematics(described, described.read_model()).base_radius() == pytest.approx(0.25)
 
 
 def test_drives_that_cannot_hold_the_arm_are_refused_with_the_effort(tmp_path: Path) -> None:

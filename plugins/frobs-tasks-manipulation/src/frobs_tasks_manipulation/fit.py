@@ -13,7 +13,7 @@ import numpy as np
 
 from frobs_core.contracts import Fitted
 from frobs_core.description import EndEffector, Robot
-from frobs_core.models import RobotModel, gravity_efforts, home_positions, joint_path
+from frobs_core.models import MOVING, RobotModel, gravity_efforts, home_positions, joint_path
 from frobs_core.plugins.records import ControllerDefaults
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import UnsuitableRobotError
@@ -29,7 +29,7 @@ from frobs_tasks_manipulation.push import Push
 from frobs_tasks_manipulation.reachable import NEAR
 from frobs_tasks_manipulation.stack import Stack
 
-_VERSION = 6
+_VERSION = 7
 CONTROL_TIMESTEP = 0.04  # [s] of the manipulation tasks
 _DOWN = (0.0, 1.0, 0.0, 0.0)
 _UP = np.array([0.0, 0.0, 1.0])
@@ -371,8 +371,12 @@ class _Arm(ToolKinematics):
         self.aligned = float(np.clip(0.7 * room, 0.003, 0.008 * _relative(self.size)))
         self.closed_at = _closed_at(self.tool, model, self.size)
         self.longest = CONTROL_TIMESTEP * np.where(np.isfinite(fastest) & (fastest > 0.0), fastest, _USUAL_SPEED)
-        base = next(link for link in model.links if link.name == model.root)
-        self.base = shapes_points(base.collisions)
+        parts = [np.zeros((0, 3))]
+        for link in model.links:  # many files begin with a link without shapes, such as 'world'
+            if all(joint.type not in MOVING for joint in joint_path(model, link.name)):
+                (pos,), (quat,) = model.frame_pose(link.name, rest[None])
+                parts += [quat_rotate(quat, shapes_points([shape])) + pos for shape in link.collisions]
+        self.base = np.concatenate([part for part in parts if part[:, 2].max(initial=-1.0) > 0.0] or parts[:1])
         postures = np.random.default_rng(0).uniform(self.low, self.high, (20_000, len(self.joints)))
         # the largest horizontal distance of the tool from the base, over random postures [m]
         self.reach = float(np.quantile(np.linalg.norm(self.pose(postures)[0][:, :2], axis=1), 0.995))
