@@ -145,13 +145,22 @@ def test_joint_equalities_become_mimic_joints(write):
     assert (mimic.joint, mimic.multiplier, mimic.offset) == ("a", -2, pytest.approx(0.1 + 0.2 + 2 * 0.3))
 
 
-def test_the_actuator_of_a_joint_that_follows_limits_the_effort_of_its_leader(write):
+@pytest.mark.parametrize(
+    ("actuator", "effort"),
+    [
+        ('<position joint="a" forcerange="-35 35"/>', 35.0),
+        ('<position joint="b" forcerange="-35 35"/>', 70.0),
+        ('<position tendon="both" forcerange="-35 35"/>', 0.5 * 35.0 + 2 * 0.5 * 35.0),
+    ],
+)
+def test_a_leader_has_the_effort_of_all_actuators_of_its_followers(write, actuator, effort):
     finger = '<body name="{0}"><joint name="{0}" type="slide"/><geom size=".1"/></body>'
-    equality = '<equality><joint joint1="b" joint2="a" polycoef="0 -2 0 0 0"/></equality>'
-    actuator = '<actuator><position joint="b" kp="100" forcerange="-35 35"/></actuator>'
-    model = load_model(write(world(finger.format("a") + finger.format("b")) + equality + actuator))
+    couplings = '<equality><joint joint1="b" joint2="a" polycoef="0 -2 0 0 0"/></equality>'
+    couplings += '<tendon><fixed name="both"><joint joint="a" coef=".5"/><joint joint="b" coef=".5"/></fixed></tendon>'
+    actuators = f"<actuator>{actuator}</actuator>"
+    model = load_model(write(world(finger.format("a") + finger.format("b")) + couplings + actuators))
     assert model.joint_names == ("a",)
-    assert model.actuated_joints[0].limits.effort == 70.0
+    assert model.actuated_joints[0].limits.effort == effort
 
 
 def test_a_geom_without_a_type_is_a_sphere_that_mujoco_fits_to_its_mesh(write, tmp_path):

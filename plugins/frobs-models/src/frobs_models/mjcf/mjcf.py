@@ -409,9 +409,11 @@ class _MjcfReader:
             elements[follower], i = element, places[follower]
             self.joints[i] = replace(self.joints[i], mimic=Mimic(leader, multiplier, offset))
         self.joints = list(flatten_mimics(self.joints, elements))
-        for joint in self.joints:
-            if joint.mimic is None or joint.name not in self.efforts or joint.mimic.joint in self.efforts:
-                continue
-            leader = self.joints[i := places[joint.mimic.joint]]  # its drive moves the joint that has the actuator
-            effort = min(leader.limits.effort, abs(joint.mimic.multiplier) * self.efforts[joint.name])
-            self.joints[i] = replace(leader, limits=replace(leader.limits, effort=effort))
+        efforts: dict[int, float] = {}
+        for joint in self.joints:  # the drive of a leader does the work of all actuators
+            if joint.mimic is not None and joint.name in self.efforts:
+                leader = self.joints[i := places[joint.mimic.joint]]
+                own = leader.limits.effort if leader.name in self.efforts else 0.0
+                efforts[i] = efforts.get(i, own) + abs(joint.mimic.multiplier) * joint.limits.effort
+        for i, effort in efforts.items():
+            self.joints[i] = replace(self.joints[i], limits=replace(self.joints[i].limits, effort=effort))
