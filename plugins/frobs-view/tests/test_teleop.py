@@ -18,7 +18,7 @@ from websockets.sync.client import connect
 
 from frobs_core import load_policy
 from frobs_core.util.errors import FrobsError, RunError
-from frobs_view import BrowserViewer, Devices, Teleop, ViewServer
+from frobs_view import BrowserViewer, Devices, Player, Teleop, ViewServer
 from frobs_view.devices import TIMEOUT
 from frobs_view.gate import MAX_CLIENTS
 
@@ -303,3 +303,25 @@ def test_a_viewer_that_is_there_is_used() -> None:
         policy.close()
         with open_socket(env.unwrapped.viewer.server) as client:
             receive_until_silent(client)
+
+
+def test_the_panel_and_the_keys_of_a_person_who_no_longer_acts_disappear() -> None:
+    env: Any = gym.make(PICK, render_mode="browser")
+    with closing(env):
+        viewer = env.unwrapped.viewer
+        names = ("teleop", "teleop:keyboard", "random")
+        makers = {name: lambda name=name: load_policy(name, env) for name in names}
+        player = Player(env, viewer, makers)
+        before = set(viewer.server.gui._container_handle_from_uuid)
+        for name in ("teleop:keyboard", "teleop", "random", "teleop"):
+            player._try(name)
+            player.reset(0)
+            player.step()
+            is_person = name != "random"
+            added = set(viewer.server.gui._container_handle_from_uuid) - before
+            assert len(added) <= 1
+            assert bool(viewer.server.devices.wanted) == is_person
+            assert ("/teleop" in viewer.server.scene._handle_from_node_name) == (name == "teleop")
+        player.close()
+        player.close()
+        assert not viewer.server.devices.wanted

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.contracts import Policy
+from frobs_core.contracts import Operator, Policy
 from frobs_core.util.errors import FrobsError
 from frobs_view.viewer import RATE, BrowserViewer
 
@@ -45,7 +45,7 @@ class Player:
         self._observation: Any = None
         self._single = False
         self._due = 0.0
-        self.steps = 0
+        self.steps, self.name = 0, ""
         self.after_step: list[Callable[[], object]] = []
         self._add_panel(viewer.server.gui, seed)
         self.choose(next(iter(self._makers)))
@@ -69,6 +69,8 @@ class Player:
         Raises:
             FrobsError: The policy cannot act in this environment.
         """
+        if isinstance(self._opened.get(self.name), Operator):
+            self._opened.pop(self.name).close()  # removes the panel from the page
         if name not in self._opened:
             self._opened[name] = self._makers[name]()
         self.name = name
@@ -92,7 +94,7 @@ class Player:
         try:
             self.choose(name)
         except FrobsError:
-            self._chooser.value = before
+            self.choose(before)
             raise
 
     def reset(self, seed: int | None = None) -> None:

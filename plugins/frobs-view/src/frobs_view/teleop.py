@@ -34,6 +34,7 @@ COMMANDS: Mapping[str, tuple[str, ...]] = {
 }
 """Commands of each key and each button of a gamepad, of which the one that is offered is chosen."""
 
+_KEYS = frozenset({*MOTIONS, *JOINTS, *COMMANDS, "ShiftLeft", "ShiftRight"})
 _STICKS = np.array([[0, -1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, -1], [0] * 4, [0] * 4, [0, 0, -1, 0]])
 
 
@@ -51,6 +52,7 @@ class Teleop(Operator):
         self._offered: tuple[str, ...] = ()
         self._commands: deque[str] = deque()
         self._buttons: list[Any] = []
+        self._folder: Any = None
         self._status: Any = None
         self._handle: Any = None
         self._is_dragging = False
@@ -87,7 +89,7 @@ class Teleop(Operator):
             viewer.bind(base)
             base.after_step.append(lambda result: viewer.update())
         self._viewer = viewer
-        viewer.server.devices.wanted |= {*MOTIONS, *JOINTS, *COMMANDS, "ShiftLeft", "ShiftRight"}
+        viewer.server.devices.wanted |= _KEYS
         self._folder = viewer.server.gui.add_folder("Teleoperation", order=-0.75)
         if self._gripper is not None:
             self._add_button("open or close the gripper", GRIPPER)
@@ -200,7 +202,13 @@ class Teleop(Operator):
         self._status.content = text
 
     def close(self) -> None:
-        """Close the page if the policy has opened it."""
+        """Close the page if the policy has opened it, or remove the panel and the handle from the page."""
+        if self._folder is not None:
+            self._viewer.server.devices.wanted -= _KEYS
+            for element in (self._folder, self._handle):
+                if element is not None:
+                    element.remove()
+            self._folder = None
         if self._own is not None:
             self._own.close()
 
