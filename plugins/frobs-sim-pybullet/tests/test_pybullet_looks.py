@@ -7,6 +7,9 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
+import pytest
+
+from frobs_sim_pybullet.bullet import pybullet
 
 ID = "frobs_core:frobs/PandaPickAndPlace-v0"
 
@@ -52,6 +55,21 @@ def test_a_link_and_the_floor_are_painted_and_a_resized_cube_keeps_its_color() -
         assert red.min() < 120
         simulation.restore(saved)
         assert share(*picture()) == 0.0
+
+
+def test_the_window_shows_what_is_painted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr(pybullet, "GUI", pybullet.DIRECT)  # a window needs a display
+    env: Any = gym.make(ID, simulator="pybullet").unwrapped
+    with closing(env):
+        env.reset(seed=0)
+        simulation = env.simulation
+        simulation.open_viewer()
+        simulation.write_parameter("color", "cube", np.array([0.9, 0.1, 0.2]))
+        env.step(env.action_space.sample())
+        stage = simulation._viewer._stage
+        [shape] = pybullet.getVisualShapeData(stage._bodies["cube"], physicsClientId=stage.client)
+        np.testing.assert_allclose(shape[7][:3], [0.9, 0.1, 0.2], atol=1e-6)
 
 
 def test_the_same_seed_gives_the_same_pictures() -> None:

@@ -102,7 +102,7 @@ class Viewer:
         RenderingUnavailableError: There is no display, or OpenGL is not available.
     """
 
-    def __init__(self, robots: Mapping[str, Placement], scene: Scene) -> None:
+    def __init__(self, robots: Mapping[str, Placement], scene: Scene, looks: Looks) -> None:
         if sys.platform == "linux" and not os.environ.get("DISPLAY"):
             raise RenderingUnavailableError(
                 "there is no display for a window", "xvfb, and start the program with xvfb-run"
@@ -112,7 +112,7 @@ class Viewer:
         if self._client < 0:
             raise RenderingUnavailableError("Bullet cannot open its window, which requires OpenGL 3", "libgl1-mesa-dri")
         p.configureDebugVisualizer(p.COV_ENABLE_GUI, 0, physicsClientId=self._client)
-        self._stage = Stage(self._client, robots, scene)
+        self._stage, self._looks = Stage(self._client, robots, scene), looks
         camera = next(iter(scene.cameras.values()), _DEFAULT)
         if camera.frame is None:
             offset = np.subtract(camera.pos, camera.target)
@@ -126,6 +126,7 @@ class Viewer:
         if p.isConnected(self._client):
             p.configureDebugVisualizer(p.COV_ENABLE_RENDERING, 0, physicsClientId=self._client)
             self._stage.pose(arrays, 0, sizes)
+            self._stage.paint(self._looks.colors(0))
             p.configureDebugVisualizer(p.COV_ENABLE_RENDERING, 1, physicsClientId=self._client)
 
     def close(self) -> None:

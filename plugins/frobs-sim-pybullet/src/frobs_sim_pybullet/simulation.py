@@ -268,7 +268,7 @@ class PybulletSimulation(Simulation):
     def open_viewer(self) -> None:
         self._watch_what_is_drawn()
         if self._viewer is None:
-            self._viewer = Viewer(self.placements, self.scene)
+            self._viewer = Viewer(self.placements, self.scene, self.looks)
         self._viewer.sync(self.arrays, self.parameters.sizes(0))
 
     def _watch_what_is_drawn(self) -> None:
