@@ -220,6 +220,21 @@ def test_any_algorithm_can_be_exported_that_has_a_graph(copied: Run, quick: Any,
     assert Policy(found.path).act(np.array([1.0], np.float32)) == 0.5
 
 
+def test_a_run_on_a_paced_simulator_is_exported_with_one_environment(
+    copied: Run, quick: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[int] = []
+
+    def make(id: str, num_envs: int, *rest: Any) -> Any:
+        made.append(num_envs)
+        return make_vector_env(id, num_envs, *rest)
+
+    monkeypatch.setattr("frobs_train.evaluation.evaluate.is_paced", lambda simulator: True)
+    monkeypatch.setattr("frobs_train.export.export.make_vector_env", make)
+    assert export(copied).observations == 256
+    assert made == [1]
+
+
 def test_an_algorithm_without_a_graph_is_refused_by_name(copied: Run, quick: Any) -> None:
     quick(Mute)
     with pytest.raises(ConfigurationError, match="the algorithm Mute cannot be exported"):

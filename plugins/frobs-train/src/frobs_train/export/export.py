@@ -14,6 +14,7 @@ from frobs_core.contracts import Algorithm
 from frobs_core.util.files import write_aside
 from frobs_deploy import BundleError, Policy, pack_bundle, parse_bundle
 from frobs_train.environments import make_vector_env
+from frobs_train.evaluation.evaluate import usual_num_envs
 from frobs_train.export.export_facts import environment_facts, license_text, training_facts
 from frobs_train.runs.policy import load_algorithm
 from frobs_train.runs.run import Run
@@ -23,7 +24,7 @@ TOLERANCE = 1e-5
 difference is at most this value.
 """
 
-_ENVS, _STEPS = 8, 32  # 256 observations
+_ENVS, _OBSERVATIONS = 8, 256
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +47,8 @@ def export(
     or the path of a text file.
     """
     text = license_text(license)
-    env = make_vector_env(run.config.environment, _ENVS, run.config.keywords(randomize=False), run.config.wrappers)
+    count = usual_num_envs(run.config, _ENVS)
+    env = make_vector_env(run.config.environment, count, run.config.keywords(randomize=False), run.config.wrappers)
     path = run.path / "policy.frobs" if out is None else out
     try:
         algorithm, steps = load_algorithm(run, env.single_observation_space, env.single_action_space, checkpoint)
@@ -56,7 +58,7 @@ def export(
             **training_facts(run, steps),
             "license": license if license is None or not Path(license).is_file() else text.strip().partition("\n")[0],
         }
-        manifest["check"] = {"observations": _ENVS * _STEPS, "max_difference": 0.0, "tolerance": TOLERANCE}
+        manifest["check"] = {"observations": _OBSERVATIONS, "max_difference": 0.0, "tolerance": TOLERANCE}
         tried = Policy(parse_bundle(path, pack_bundle(manifest, graph, text)))
         difference = compare(algorithm, tried, env, run.seeds.evaluation)
     finally:
@@ -71,7 +73,7 @@ def export(
     manifest["check"]["max_difference"] = float(f"{difference:.3g}")
     data = pack_bundle(manifest, graph, text)
     write_aside(path, lambda aside: aside.write_bytes(data))
-    return Export(path=path, steps=steps, observations=_ENVS * _STEPS, max_difference=difference)
+    return Export(path=path, steps=steps, observations=_OBSERVATIONS, max_difference=difference)
 
 
 def compare(algorithm: Algorithm, policy: Policy, env: gym.vector.VectorEnv[Any, Any, Any], seed: int) -> float:
@@ -80,7 +82,7 @@ def compare(algorithm: Algorithm, policy: Policy, env: gym.vector.VectorEnv[Any,
     state, start = None, np.ones(env.num_envs, np.bool_)
     policy.reset()
     worst = 0.0
-    for _ in range(_STEPS):
+    for _ in range(_OBSERVATIONS // env.num_envs):
         expected, state = algorithm.predict(observation, state, start)
         actual = policy.act(observation)
         worst = max(worst, difference(env.single_action_space, expected, actual, policy.scores))
