@@ -11,7 +11,9 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from frobs_cli.program import program
 from frobs_core.contracts import Algorithm
 from frobs_core.models import load_model
 from frobs_core.util.errors import CheckpointError, ConfigurationError, RunError
@@ -376,3 +378,10 @@ def test_export_is_a_command(reach: Run, exported: Export, tmp_path: Path) -> No
     assert found["bytes"] == out.stat().st_size
     assert found["export"]["max_difference"] <= 1e-5
     assert found["latency"]["median"] > 0.0
+
+
+@pytest.mark.parametrize("arguments", [["."], [REACH, "--pretrained", "--page", "site"]])
+def test_trust_is_refused_where_it_has_no_effect(arguments: list[str]) -> None:
+    result = CliRunner().invoke(program(), ["export", *arguments, "--trust"], prog_name="frobs")
+    assert result.exit_code in (1, 2)
+    assert "--trust: this option requires a bundle" in " ".join(result.stderr.split())

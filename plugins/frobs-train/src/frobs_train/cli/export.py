@@ -74,6 +74,10 @@ def export(
     from frobs_train.export.pages import find_page_writer
 
     out, page, pretrained = options.out, options.page, options.pretrained
+    if options.trust and (pretrained or run.is_dir()):
+        raise CommandLineError(
+            "--trust", "this option requires a bundle; run folders and the policies of IDs are always trusted."
+        )
     write_page = None if page is None else find_page_writer()
     if pretrained or run.is_file():
         if write_page is None or page is None:
