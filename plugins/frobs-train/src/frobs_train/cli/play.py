@@ -48,7 +48,7 @@ def play(
     opened = policy.open(run)
     if video is None:
         try:
-            view(opened, randomized=randomized, checkpoint=checkpoint)
+            view(opened, randomized=randomized, checkpoint=checkpoint, longest_episode=longest_episode)
         except RenderingUnavailableError as error:
             raise RunError(f"{error}. To record a video instead, repeat the command with --video FILE.") from error
         return

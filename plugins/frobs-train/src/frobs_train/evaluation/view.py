@@ -11,7 +11,14 @@ from frobs_train.runs.policy import acting_policy
 from frobs_train.runs.run import Run
 
 
-def view(run: Run, *, episodes: int | None = None, randomized: bool = False, checkpoint: str | int = "newest") -> int:
+def view(
+    run: Run,
+    *,
+    episodes: int | None = None,
+    randomized: bool = False,
+    checkpoint: str | int = "newest",
+    longest_episode: int | None = None,
+) -> int:
     """Play the policy of a checkpoint in a window, in real time, until Ctrl-C is pressed.
 
     Args:
@@ -19,6 +26,7 @@ def view(run: Run, *, episodes: int | None = None, randomized: bool = False, che
         episodes: Maximum number of episodes, or None for no limit.
         randomized: Whether to use the training run's randomization instead of the nominal models.
         checkpoint: See :func:`frobs_train.evaluate`.
+        longest_episode: See :func:`frobs_train.evaluate`. By default, episodes without a time limit may be endless.
 
     Returns:
         The number of finished episodes.
@@ -41,7 +49,7 @@ def view(run: Run, *, episodes: int | None = None, randomized: bool = False, che
         stack.enter_context(suppress(KeyboardInterrupt))
         stack.callback(env.close)
         policy = stack.enter_context(closing(acting_policy(run, env, checkpoint)))
-        for step in play_steps(env, policy, episodes, run.seeds.evaluation):
+        for step in play_steps(env, policy, episodes, run.seeds.evaluation, longest_episode):
             if step == 0:
                 begun += 1
                 due = time.perf_counter()
