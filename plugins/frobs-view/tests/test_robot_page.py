@@ -124,6 +124,7 @@ def test_the_command_prints_one_address(words: list[str], file: Path) -> None:
         (["CartPole-v1"], "is not an environment of FRobs"),
         (["absent.urdf"], "absent.urdf"),
         (["ur5", "--follow"], "only a run folder can be followed"),
+        (["ur5", "--simulator", "pybullet", "--seed", "1"], "--simulator and --seed and ur5 cannot be combined"),
         (["frobs/Irb120Reach-v0", "--follow", "--seconds", "5"], "only a run folder can be followed"),
         (["frobs/Irb120Reach-v0", "--policy", "exprt"], "expert"),
         (["frobs/Irb120Reach-v0", "--host", "0.0.0.0"], "one address or name"),

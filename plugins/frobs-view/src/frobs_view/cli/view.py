@@ -82,6 +82,8 @@ def view(
     show = _show_robot if _is_robot(target) else _show_environment
     if options.follow and (show is _show_robot or Path(target).is_file() or _is_id(target)):
         raise ConflictingOptionsError(["--follow", target], "only a run folder can be followed")
+    if show is _show_robot and (unused := _unused(options)):
+        raise ConflictingOptionsError([*unused, target], "the page of a robot has no environment")
     with ExitStack() as stack:
         stack.enter_context(suppress(KeyboardInterrupt))
         name = Path(target).name if Path(target).is_file() else target
@@ -95,6 +97,19 @@ def _is_robot(target: str) -> bool:
     from frobs_core.models import is_model_file
 
     return is_robot_file(target) or is_model_file(target) or target in plugins.records("robot")
+
+
+def _unused(options: ViewOptions) -> list[str]:
+    """Return the options that the page of a robot does not use."""
+    given = {
+        "--policy": options.policy,
+        "--simulator": options.simulator,
+        "--num-envs": options.num_envs > 1,
+        "--seed": options.seed,
+        "--set": options.settings,
+        "--trust": options.trust,
+    }
+    return [flag for flag, value in given.items() if value]
 
 
 def _is_id(target: str) -> bool:
