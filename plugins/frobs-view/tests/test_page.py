@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -129,6 +130,19 @@ def test_a_page_stores_its_starts_and_limits(tmp_path: Path, hollow_files: Path)
     assert [law["law"] for law in facts["controllers"]] == ["tcp_delta_pose", "gripper_delta"]
     write_page(open_pretrained(REACH), tmp_path / "page", starts=2)  # replaces it
     assert json.loads((tmp_path / "page" / "page.json").read_text("utf-8"))["id"] == REACH
+
+
+def test_a_page_states_the_success_rate_in_the_simulator_of_the_page(tmp_path: Path, hollow_files: Path) -> None:
+    run = open_pretrained(REACH)
+    training = dict(run.bundle.manifest["training"])
+    training["evaluations"] = [
+        {"simulator": None, "episodes": 100, "success_rate": 0.9},
+        {"simulator": "pybullet", "episodes": 200, "success_rate": 0.2},
+        {"simulator": None, "episodes": 300, "success_rate": 0.3, "randomize": {"mass": {}}},
+    ]
+    run.bundle = replace(run.bundle, manifest={**run.bundle.manifest, "training": training})
+    write_page(run, tmp_path / "page", starts=1)
+    assert json.loads((tmp_path / "page" / "page.json").read_text("utf-8"))["training"]["success_rate"] == 0.9
 
 
 REFUSED: dict[str, tuple[str, dict[str, Any], str]] = {
