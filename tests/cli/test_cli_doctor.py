@@ -183,6 +183,22 @@ def test_the_pictures_of_all_cameras_are_drawn(frobs: Frobs, tmp_path: Path) -> 
         assert message in " ".join(result.stderr.split())
 
 
+def test_the_pictures_for_a_policy_have_the_markers_that_it_observes(tmp_path: Path) -> None:
+    import matplotlib.image
+
+    from frobs_devkit.camera_sheet import draw_camera_sheet
+
+    def draw(markers: bool) -> Any:
+        eye = {"camera": "overview", "size": [64, 64], "markers": markers}
+        keywords = {"simulator": "pybullet", "observations": {"eye": eye}}
+        file = draw_camera_sheet("frobs_core:frobs/Irb120Reach-v0", keywords, tmp_path / f"{markers}.png")
+        return matplotlib.image.imread(file)
+
+    differs, middle = (draw(True) != draw(False)).any(axis=(1, 2)), 72 + 64 + 400
+    assert not differs[:middle].any()
+    assert differs[middle:].any()
+
+
 def test_a_machine_without_opengl_is_told_what_to_install(
     frobs: Frobs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

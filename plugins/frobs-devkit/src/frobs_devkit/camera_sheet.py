@@ -35,8 +35,8 @@ def draw_camera_sheet(id: str, keywords: Mapping[str, Any], path: Path | str) ->
         cameras: Mapping[str, Camera] = simulation.scene.cameras
         if not cameras:
             raise ConfigurationError(f"{id} has no camera; add one with the keyword 'cameras'.")
-        sizes = {
-            term.view["camera"]: term.low.shape[:2]
+        observed = {
+            term.view["camera"]: (term.low.shape[:2], "rgb", base.task.markers() if term.view["markers"] else ())
             for term in base.observations.terms.values()
             if term.view is not None
         }
@@ -45,7 +45,7 @@ def draw_camera_sheet(id: str, keywords: Mapping[str, Any], path: Path | str) ->
                 name,
                 _facts(camera),
                 simulation.render(None, name, (_SIDE, _SIDE))[0],
-                simulation.render(None, name, sizes.get(name, _SMALL), fast=True)[0],
+                simulation.render(None, name, *observed.get(name, (_SMALL,)), fast=True)[0],
             )
             for name, camera in cameras.items()
         ]
