@@ -114,6 +114,18 @@ def test_other_environments_are_rejected(tmp_path: Path) -> None:
         record("CartPole-v1", "random", episodes=1, out=tmp_path / "set")
 
 
+@pytest.mark.parametrize(
+    ("camera", "size", "message"), [("nowhere", (48, 64), "named 'nowhere'"), ("overview", (0, 64), "size is")]
+)
+def test_a_camera_that_cannot_be_recorded_leaves_no_folder(
+    tmp_path: Path, camera: str, size: tuple[int, int], message: str
+) -> None:
+    options: dict[str, Any] = {"cameras": [camera], "size": size, "simulator": "pybullet"}
+    with pytest.raises(FrobsError, match=message):
+        record(REACH, "random", episodes=1, out=tmp_path / "set", **options)
+    assert not (tmp_path / "set").exists()
+
+
 @pytest.mark.needs("rendering")
 def test_cameras_are_recorded_beside_the_observation(tmp_path: Path) -> None:
     wrist = {"link": "panda_link8", "pos": [0, 0.05, 0], "target": [0, 0, 0.2], "fov_y": 60, "size": [32, 48]}

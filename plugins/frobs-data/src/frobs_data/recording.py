@@ -313,6 +313,8 @@ class Recorder:
     def before_step(self, observation: Any, action: Action, info: Mapping[str, np.ndarray[Any, Any]]) -> None:
         """Store what the policy sees and does, (num_envs, …)."""
         if self._writer is None:
+            if self._terms:
+                self.env.read_terms(self._terms)  # raises errors before a folder is made
             steps = step_features(self.env.control, info)
             self._writer = self.open({**self._vectors.features, **self._pictures, **steps})
         if self._unseen:
