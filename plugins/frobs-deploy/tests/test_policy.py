@@ -130,7 +130,8 @@ def test_the_robot_must_be_that_of_the_training(arm: Path) -> None:
 
 
 def test_the_rate_must_be_that_of_the_training(arm: Path, tmp_path: Path) -> None:
-    for timestep in (0.02, 0.0401, math.nan):
+    wrong: tuple[Any, ...] = (0.02, 0.0401, math.nan, "0.02")
+    for timestep in wrong:
         with pytest.raises(BundleMismatchError, match=r"the policy was trained with 0\.04 s \(25 Hz\)"):
             Policy(arm, control_timestep=timestep)
     timeless = write(tmp_path / "timeless.frobs", control_timestep=None)

@@ -226,18 +226,18 @@ class Policy:
             )
 
     def _check_rate(self, control_timestep: float) -> None:
-        trained, shape = self.manifest.control_timestep, as_floats("control_timestep", control_timestep).shape
-        if shape:
+        trained, given = self.manifest.control_timestep, as_floats("control_timestep", control_timestep)
+        if given.shape:
             raise PolicyArgumentError(f"control_timestep is {control_timestep!r:.80}; it must be a single number [s].")
         if trained is None:
             raise BundleMismatchError(
                 self.bundle.path,
                 "the environment of the policy has no control timestep; omit the 'control_timestep' argument.",
             )
-        if not abs(control_timestep - trained) <= _SAME_TIMESTEP * trained:
+        if not abs(given - trained) <= _SAME_TIMESTEP * trained:
             raise BundleMismatchError(
                 self.bundle.path,
-                f"control_timestep is {control_timestep:g} s, but the policy was trained with {trained:g} s "
+                f"control_timestep is {given:g} s, but the policy was trained with {trained:g} s "
                 f"({1.0 / trained:g} Hz).",
             )
 
