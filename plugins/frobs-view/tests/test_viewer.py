@@ -265,7 +265,7 @@ def test_nothing_is_played_while_no_page_is_open() -> None:
     with closing(ViewServer()) as server:
         viewer = BrowserViewer(server)
         viewer.bind(env.unwrapped)
-        player = Player(env, viewer, {"random": lambda: load_policy("random", env)})
+        player = Player(env, viewer, {"random": lambda: load_policy("random", env)}, seed=2**32 - 1)
         polls = iter(range(10))
         player.run(lambda: next(polls, None) is not None)
         assert player.steps == 0

@@ -59,7 +59,7 @@ class Player:
             self._play = gui.add_checkbox("play", initial_value=True)
             gui.add_button("single step").on_click(queued(self._step_once))
             self._speed = gui.add_slider("speed", min=0.1, max=4.0, step=0.1, initial_value=1.0)
-            self._seed = gui.add_number("seed", initial_value=seed, min=0, max=2**31 - 1, step=1)
+            self._seed = gui.add_number("seed", initial_value=seed, min=0, max=max(seed, 2**31 - 1), step=1)
             gui.add_button("reset").on_click(queued(lambda: self.reset(int(self._seed.value))))
             self._status = gui.add_text("status", "", disabled=True)
 
