@@ -321,6 +321,7 @@ def test_the_panel_and_the_keys_of_a_person_who_no_longer_acts_disappear() -> No
             added = set(viewer.server.gui._container_handle_from_uuid) - before
             assert len(added) <= 1
             assert bool(viewer.server.devices.wanted) == is_person
+            assert ("KeyW" in viewer.server.devices.wanted) == (name == "teleop:keyboard")
             assert ("/teleop" in viewer.server.scene._handle_from_node_name) == (name == "teleop")
         player.close()
         player.close()

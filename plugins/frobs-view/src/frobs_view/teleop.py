@@ -34,7 +34,6 @@ COMMANDS: Mapping[str, tuple[str, ...]] = {
 }
 """Commands of each key and each button of a gamepad, of which the one that is offered is chosen."""
 
-_KEYS = frozenset({*MOTIONS, *JOINTS, *COMMANDS, "ShiftLeft", "ShiftRight"})
 _STICKS = np.array([[0, -1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, -1], [0] * 4, [0] * 4, [0, 0, -1, 0]])
 
 
@@ -46,6 +45,9 @@ class Teleop(Operator):
 
     source: ClassVar[str] = "handle"
     """``"handle"``, ``"keyboard"`` or ``"gamepad"``."""
+
+    keys: ClassVar[frozenset[str]] = frozenset(COMMANDS)
+    """Keys and buttons that the policy reads. All other keys keep their meaning on the page."""
 
     def __init__(self) -> None:
         self._own: BrowserViewer | None = None
@@ -89,7 +91,7 @@ class Teleop(Operator):
             viewer.bind(base)
             base.after_step.append(lambda result: viewer.update())
         self._viewer = viewer
-        viewer.server.devices.wanted |= _KEYS
+        viewer.server.devices.wanted |= self.keys
         self._folder = viewer.server.gui.add_folder("Teleoperation", order=-0.75)
         if self._gripper is not None:
             self._add_button("open or close the gripper", GRIPPER)
@@ -204,7 +206,7 @@ class Teleop(Operator):
     def close(self) -> None:
         """Close the page if the policy has opened it, or remove the panel and the handle from the page."""
         if self._folder is not None:
-            self._viewer.server.devices.wanted -= _KEYS
+            self._viewer.server.devices.wanted -= self.keys
             for element in (self._folder, self._handle):
                 if element is not None:
                     element.remove()
@@ -217,6 +219,7 @@ class KeyboardTeleop(Teleop):
     """A person who moves the robot with keys, which the page sends while its window has the focus."""
 
     source = "keyboard"
+    keys = frozenset({*MOTIONS, *JOINTS, *COMMANDS, "ShiftLeft", "ShiftRight"})
 
 
 class GamepadTeleop(Teleop):
