@@ -1,7 +1,7 @@
 """Shapes of an environment to draw, in moving frames. Viewers use it with every simulator.
 
 The shapes come from the models of the robots and the bodies of the scene, and the poses from their handles, so that no
-engine has to support rendering. Sizes that a randomization changes are not included.
+engine has to support rendering. Sizes and colors that a randomization changes are not included.
 """
 
 from __future__ import annotations
