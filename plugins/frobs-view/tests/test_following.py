@@ -89,9 +89,10 @@ def test_a_damaged_checkpoint_keeps_the_policy(followed: Any) -> None:
 
 
 @pytest.mark.parametrize("words", [[], ["--follow"]])
-def test_a_run_folder_can_be_viewed(words: list[str], tmp_path: Path) -> None:
+def test_a_run_folder_can_be_viewed(words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     train(config(64), tmp_path / "run")
-    result = CliRunner().invoke(program(), ["view", str(tmp_path / "run"), "--seconds", "3", *words])
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(program(), ["view", "run", "--seconds", "3", *words])
     assert result.exit_code == 0, result.stderr
     assert result.stdout.startswith("http://localhost:")
 

@@ -223,6 +223,6 @@ def _policies(run: Run, target: str, env: Any, options: ViewOptions) -> dict[str
     people = ["teleop", "teleop:keyboard", "teleop:gamepad"] if options.num_envs == 1 else []
     trust = {"trust": True} if options.trust else {}
     return {
-        name: partial(load_policy, name, env, **(trust if Path(name).exists() else {}))
+        name: partial(load_policy, run.path if name in own else name, env, **(trust if Path(name).exists() else {}))
         for name in dict.fromkeys([*names, "random", *people])
     }
