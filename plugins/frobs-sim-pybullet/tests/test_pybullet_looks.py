@@ -57,6 +57,25 @@ def test_a_link_and_the_floor_are_painted_and_a_resized_cube_keeps_its_color() -
         assert share(*picture()) == 0.0
 
 
+def test_depth_is_that_of_the_centers_of_the_pixels() -> None:
+    pos, target, up = (0.5, -1.2, 0.5), (0.5, 0.0, 0.1), (1.0, 0.3, 0.2)
+    lens = {"fx": 100.0, "fy": 110.0, "cx": 70.0, "cy": 40.0, "width": 128, "height": 96}
+    tilted = {"pos": pos, "target": target, "up": up, "intrinsics": lens}
+    env: Any = gym.make(ID, simulator="pybullet", cameras={"tilted": tilted}).unwrapped
+    with closing(env):
+        env.reset(seed=0)
+        depth, body = (
+            env.simulation.render(None, "tilted", (96, 128), kind)[0, ..., 0] for kind in ("depth", "segmentation")
+        )
+    ahead = np.subtract(target, pos) / np.linalg.norm(np.subtract(target, pos))
+    right = np.cross(ahead, up) / np.linalg.norm(np.cross(ahead, up))
+    column, row = np.meshgrid((np.arange(128) - 70.0) / 100.0, (np.arange(96) - 40.0) / 110.0)
+    rise = ahead[2] + column * right[2] + row * np.cross(ahead, right)[2]  # of the ray through each pixel
+    floor = (body == 0) & (depth < 2.5)
+    assert floor.sum() > 3000
+    np.testing.assert_allclose(depth[floor], -pos[2] / rise[floor], atol=1e-3)
+
+
 def test_the_window_shows_what_is_painted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr(pybullet, "GUI", pybullet.DIRECT)  # a window needs a display

@@ -54,7 +54,7 @@ class Renderer:
         height, width = size
         described = _DEFAULT if camera is None else self._looks.camera(camera, env)
         ambient, diffuse = self._looks.light(env)
-        view, projection = _view(described, frame), _projection(described, width / height)
+        view, projection = _view(described, frame), _projection(described, width, height)
         flags = p.ER_SEGMENTATION_MASK_OBJECT_AND_LINKINDEX
         if modality != "segmentation":
             flags |= p.ER_NO_SEGMENTATION_MASK
@@ -146,7 +146,13 @@ def _view(camera: Camera, frame: tuple[Vector, Quat]) -> list[float]:
     return list(p.computeViewMatrix(eye, target, up))
 
 
-def _projection(camera: Camera, aspect: float) -> list[float]:
+def _projection(camera: Camera, width: int, height: int) -> list[float]:
+    """Return a camera's OpenGL projection matrix, in column-major order.
+
+    Bullet draws what is at the lower left corner of each pixel, so the matrix moves the pixels' centers there.
+    """
     if camera.intrinsics is not None:
-        return list(p.computeProjectionMatrix(*(_NEAR * edge for edge in camera.intrinsics.extent), _NEAR, _FAR))
-    return list(p.computeProjectionMatrixFOV(camera.fov_y, aspect, _NEAR, _FAR))
+        matrix = p.computeProjectionMatrix(*(_NEAR * edge for edge in camera.intrinsics.extent), _NEAR, _FAR)
+    else:
+        matrix = p.computeProjectionMatrixFOV(camera.fov_y, width / height, _NEAR, _FAR)
+    return [*matrix[:8], matrix[8] + 1.0 / width, matrix[9] + 1.0 / height, *matrix[10:]]
