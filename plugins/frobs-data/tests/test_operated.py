@@ -215,3 +215,15 @@ def test_a_person_acts_in_one_environment(tmp_path: Path) -> None:
 def test_only_a_person_can_take_over(tmp_path: Path) -> None:
     with pytest.raises(RunError, match="'random' is not a policy through which a person acts"):
         record(REACH, "random", out=tmp_path / "set", episodes=1, takeover="random")
+
+
+def test_a_paced_simulator_keeps_the_rate_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from templates.my_paced_simulator import RECORD
+
+    class Never(Pacer):
+        def wait(self, duration: float) -> None:
+            pytest.fail("the step has already waited")
+
+    monkeypatch.setattr(operated, "Pacer", Never)
+    dataset = recorded(tmp_path / "set", (4, "keep"), episodes=1, simulator=RECORD)
+    assert [episode.length for episode in dataset.episodes] == [4]

@@ -78,10 +78,11 @@ def play_operated(
         recorder: What stores the steps.
         interrupts: The signals.
         on_progress: Called after each step with the numbers of recorded and of finished episodes.
-        pacer: Clock that keeps the control rate.
+        pacer: Clock that keeps the control rate, unless the simulator is paced.
         sleep: Function that waits while nothing happens.
     """
     pacer, total = pacer or Pacer(), int(recorder.left.sum())
+    is_paced = recorder.env.simulation.pacer is not None
     recording = (KEEP, DISCARD, *((TAKE_OVER,) if isinstance(policy, Takeover) else ()))
 
     def show(text: str) -> None:
@@ -106,7 +107,7 @@ def play_operated(
         show("recording")
         operator.offer(recording)
         pacer.restart()
-        decision, steps, done = "", 0, np.zeros(1, np.bool_)
+        decision, steps, late, done = "", 0, 0, np.zeros(1, np.bool_)
         while not decision and not done.any():
             action = recorder.stored_action(policy.act(observation, start if steps == 0 else ~start))
             recorder.before_step(observation, action, policy.info())
@@ -116,15 +117,17 @@ def play_operated(
             steps += 1
             if on_progress is not None:
                 on_progress(recorder.kept, recorder.attempts)
-            pacer.wait(recorder.env.control_timestep)
+            if not is_paced:
+                pacer.wait(recorder.env.control_timestep)
+            late = int(info["frobs/missed_deadlines"][0]) if is_paced else pacer.missed
             while not decision and (command := operator.command()):
                 decision = command if command in (KEEP, DISCARD) else ""
                 if command == TAKE_OVER and isinstance(policy, Takeover):
                     policy.is_taken = not policy.is_taken
             if interrupts.requested is not None:
                 return
-        missed = f"{pacer.missed:,} of {steps:,} deadlines missed"
-        if pacer.missed:
+        missed = f"{late:,} of {steps:,} deadlines missed"
+        if late:
             _log.warning(
                 "episode %d: %s; the robot moved more slowly than in real time.", recorder.attempts + 1, missed
             )
