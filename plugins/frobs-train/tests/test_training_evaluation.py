@@ -83,6 +83,13 @@ def test_a_success_that_is_enough_ends_the_training(tmp_path: Path, caplog: pyte
     assert "is complete after" in caplog.text
 
 
+def test_a_threshold_without_effect_is_reported_once(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    small = {"n_steps": 16, "n_epochs": 1}
+    chosen = config(environment="CartPole-v1", steps=128, evaluate_every=64, evaluation_episodes=2, stop_at_success=0.5)
+    train(chosen.model_copy(update={"algorithm_config": small}), tmp_path / "run")
+    assert caplog.text.count("stop_at_success has no effect, because CartPole-v1 does not report success") == 1
+
+
 @pytest.mark.slow
 def test_a_run_that_is_continued_does_not_lose_a_better_policy(tmp_path: Path) -> None:
     run = train(config(steps=800), tmp_path / "run")

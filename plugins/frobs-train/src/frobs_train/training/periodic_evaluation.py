@@ -65,6 +65,8 @@ class TrainingEvaluation:
             return {}
         self._success = float(np.mean(episodes.successes)) if episodes.successes else None
         reward = float(np.mean(episodes.rewards))
+        if self._success is None and self.latest is None and config.stop_at_success is not None:
+            _log.warning("stop_at_success has no effect, because %s does not report success.", config.environment)
         self.latest = reward if self._success is None else self._success
         rank = (0.0 if self._success is None else self._success, reward)
         if self._best is None or rank > self._best:
