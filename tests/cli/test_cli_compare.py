@@ -44,6 +44,15 @@ def test_json_has_it_all(facts: Callable[..., Any], tmp_path: Path) -> None:
     assert found["groups"][0]["final"] == {"value": -2.5, "low": None, "high": None}
     assert found["groups"][0]["runs"][1]["seed"] == 1
     assert found["notes"]
+    assert {found[name] for name in ("picture", "csv", "markdown", "latex")} == {None}
+
+
+def test_json_names_the_files_that_were_written(facts: Callable[..., Any], tmp_path: Path) -> None:
+    files = {name: str(tmp_path / f"table.{name}") for name in ("csv", "markdown", "latex")}
+    options = [word for name, path in files.items() for word in (f"--{name}", path)]
+    found = facts("compare", make(tmp_path / "a", 0, None), *options)
+    assert {name: found[name] for name in files} == files
+    assert all(Path(path).is_file() for path in files.values())
 
 
 def test_a_folder_that_is_no_run_is_bad_input(frobs: Callable[..., Result], tmp_path: Path) -> None:

@@ -89,12 +89,16 @@ def compare(
             source=look.source,
             over=look.over,
         )
-        written = [] if picture is None else [plot_comparison(result, picture, size=look.size)]
+        if picture is not None:
+            plot_comparison(result, picture, size=look.size)
         for ending, path in ((".csv", options.csv), (".md", options.markdown), (".tex", options.latex)):
-            written += [] if path is None else [write_table(result, path, ending)]
+            if path is not None:
+                write_table(result, path, ending)
+    files = {"picture": picture, "csv": options.csv, "markdown": options.markdown, "latex": options.latex}
     if json:
-        print_json({**result.to_dict(), "picture": written[0] if picture is not None else None})
+        print_json({**result.to_dict(), **files})
         return
+    written = [path for path in files.values() if path is not None]
     _print_groups(result)
     _print_rest(result)
     if written:
