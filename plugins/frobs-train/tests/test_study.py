@@ -58,6 +58,20 @@ def test_a_study_runs_only_what_is_missing(tmp_path: Path) -> None:
     assert "num_envs" in str(outcome.error)  # an existing run with other settings is neither replaced nor used
 
 
+@pytest.mark.slow
+def test_a_run_that_ended_early_is_complete(tmp_path: Path) -> None:
+    learning = {"n_steps": 50, "learning_rate": 1e-2, "gamma": 0.8}
+    settings = {"steps": 100_000, "num_envs": 4, "evaluate_every": 400, "evaluation_episodes": 20}
+    settings |= {"checkpoint_every": 50_000, "stop_at_success": 0.5, "algorithm_config": learning}
+    study = Study(environments=["FrobsTests/Line-v0"], seeds=1, episodes=2, settings=settings)
+    name = "FrobsTests/Line-v0/ppo_seed0"
+    assert finish(study, tmp_path) == [[name], [name]]
+    assert finish(study, tmp_path) == [[], []]
+    notes = write_study(study, tmp_path)[1].notes
+    assert any("of 100,000 steps: an evaluation measured" in note for note in notes)
+    assert not any("unfinished" in note for note in notes)
+
+
 def test_only_an_evaluation_as_trained_completes_a_run(tmp_path: Path) -> None:
     study = SMALL.model_copy(update={"seeds": 1})
     [(path, flags)] = study_folders(study, tmp_path).items()

@@ -257,7 +257,9 @@ def _notes(groups: Sequence[Group], repeated: int, blind: int, count: int) -> li
         notes.append("The interquartile mean of three seeds is their mean, and its interval is rough.")
     for score in scores:
         if score.steps < score.total_steps:
-            notes.append(f"{score.run} is unfinished: {score.steps:,} of {score.total_steps:,} steps.")
+            done = f"{score.steps:,} of {score.total_steps:,} steps"
+            early = f"ended after {done}: {score.stopped}"
+            notes.append(f"{score.run} {early if score.stopped else f'is unfinished: {done}'}.")
     training = [score for score in scores if score.source == "training"]
     if training:
         which = "no run was" if len(training) == len(scores) else f"{_names(training)} not"

@@ -43,6 +43,7 @@ class RunScore:
     evaluated_steps: int | None  # steps at the time of the evaluation, or None if not evaluated
     steps: int
     total_steps: int
+    stopped: str | None  # why training ended before all steps, or None
     steps_to_threshold: float | None  # read from the learning curve; None if the threshold is never reached
     seconds: float  # training time [s]
     steps_per_second: float
@@ -110,6 +111,7 @@ def score_run(
         evaluated_steps=None if evaluation is None else evaluation[0],
         steps=int(steps[-1]),
         total_steps=run.config.steps,
+        stopped=run.stopped,
         steps_to_threshold=float(reached[0]) if len(reached) else None,
         seconds=seconds,
         steps_per_second=float(steps[-1]) / seconds if seconds > 0 else 0.0,

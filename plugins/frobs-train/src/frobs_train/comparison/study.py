@@ -87,7 +87,7 @@ def missing_trainings(study: Study, folder: Path) -> list[Job]:
         environment = str(flags["environment"])
         config = resolve_config(environment, flags={**study.settings, **flags}, check_parts=True)
         run = Run.open(path) if is_run(path) else None
-        if run is None or run.config != config or not any(each.steps >= config.steps for each in run.checkpoints):
+        if run is None or run.config != config or not (run.stopped or _steps(run) >= config.steps):
             if (config.environment, config.algorithm) not in checked:
                 check_environment(config)
                 checked.add((config.environment, config.algorithm))
@@ -101,7 +101,9 @@ def missing_evaluations(study: Study, folder: Path) -> list[Job]:
     for path in study_folders(study, folder):
         run = Run.open(path)
         done = [(result["steps"], result["episodes"]) for result in run.evaluations() if is_as_trained(result)]
-        if not any(steps >= run.config.steps and episodes >= study.episodes for steps, episodes in done):
+        if not any(
+            steps >= (_steps(run) or run.config.steps) and episodes >= study.episodes for steps, episodes in done
+        ):
             jobs.append(_named(evaluation_job(path, episodes=study.episodes), path, folder))
     return jobs
 
@@ -143,6 +145,10 @@ def write_study(study: Study, folder: Path) -> tuple[Path, Comparison]:
     page = folder / PAGE
     write_aside(page, lambda aside: aside.write_text("\n".join(lines), "utf-8"))
     return page, found
+
+
+def _steps(run: Run) -> int:
+    return max((each.steps for each in run.checkpoints), default=0)
 
 
 def _named(job: Job, path: Path, folder: Path) -> Job:

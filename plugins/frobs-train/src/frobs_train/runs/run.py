@@ -23,7 +23,7 @@ from frobs_train.runs.checkpoints import Checkpoint, list_checkpoints, newest_ch
 from frobs_train.runs.evaluation_files import list_evaluations, read_evaluation
 from frobs_train.runs.history import describe_change, has_history, read_history, write_history
 from frobs_train.runs.lock import RunLock
-from frobs_train.runs.state import read_best
+from frobs_train.runs.state import read_best, read_state
 from frobs_train.runs.versions import versions
 from frobs_train.training.seeds import RunSeeds, draw_seed, spread_seed
 from frobs_train.training.threads import decide_threads
@@ -154,6 +154,14 @@ class Run:
     def checkpoints(self) -> list[Checkpoint]:
         """Complete checkpoints, oldest first."""
         return list_checkpoints(self.path / "checkpoints")
+
+    @property
+    def stopped(self) -> str | None:
+        """Reason why training ended before all steps, or None if it can go on or the newest checkpoint is damaged."""
+        try:
+            return next((read_state(each.path)[0].stopped for each in self.checkpoints[-1:]), None)
+        except CheckpointError:
+            return None
 
     def newest_checkpoint(self) -> tuple[Checkpoint, list[str]]:
         """Return the newest undamaged checkpoint, and one message for each newer checkpoint that is damaged.
