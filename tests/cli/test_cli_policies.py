@@ -34,6 +34,14 @@ def test_a_bundle_is_evaluated_in_its_id_as_by_its_short_form(facts: Facts) -> N
     assert found[0] == found[1] == found[2]
 
 
+def test_the_simulator_of_a_trained_policy_can_have_other_settings(facts: Facts, frobs: Frobs) -> None:
+    words = ("evaluate", REACH, "--pretrained", "--episodes", "2", "--set")
+    found = facts(*words, "environment_kwargs.simulator_kwargs.iterations=50")
+    assert found["simulator_kwargs"] == {"iterations": 50}
+    result = frobs(*words, "environment_kwargs.simulator_kwargs.iteration=50")
+    assert (result.exit_code, "Did you mean 'iterations'?" in result.stderr) == (2, True)
+
+
 @pytest.mark.parametrize(
     ("args", "says"),
     [

@@ -16,6 +16,7 @@ from frobs_core.util.errors import ModelMismatchError, RunError, UnknownParamete
 from frobs_deploy import BundleMismatchError
 from frobs_train import PolicyRun, Run, evaluate, open_policy
 from frobs_train.evaluation.evaluate import Evaluation
+from frobs_train.runs.evaluation_files import is_as_trained
 from frobs_train.runs.policy import TrainedPolicy, load_algorithm
 
 REACH, LINE = "frobs/Irb120Reach-v0", "FrobsTests/Line-v0"
@@ -74,6 +75,18 @@ def test_a_policy_opens_with_the_settings_of_its_training(trained: Run) -> None:
         open_policy(REACH, trained.path)
     with pytest.raises(CommandLineError, match="stores its own settings"):
         open_policy(LINE, trained.path, settings=["seed=1"])
+
+
+def test_a_trained_policy_takes_only_settings_of_the_simulator(copied: Run) -> None:
+    assert evaluate(open_policy(copied.path), 2).simulator_kwargs is None
+    run = open_policy(copied.path, settings=["environment_kwargs.simulator_kwargs.iterations=50"])
+    assert run.config.environment_kwargs == {"simulator_kwargs": {"iterations": 50}}
+    assert copied.config.environment_kwargs == {}
+    run.config = copied.config  # this environment has no simulator
+    assert evaluate(run, 2).simulator_kwargs == {"iterations": 50}
+    assert sorted(is_as_trained(result) for result in copied.evaluations()) == [False, True]
+    with pytest.raises(CommandLineError, match=r"only environment_kwargs\.simulator_kwargs can be set"):
+        open_policy(copied.path, settings=["environment_kwargs.width=2.0"])
 
 
 def test_a_policy_without_training_takes_settings_and_writes_no_result(

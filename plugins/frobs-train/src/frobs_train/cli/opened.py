@@ -38,8 +38,8 @@ ModelSettings = Annotated[
         "--set",
         metavar="KEY=VALUE",
         show_default=False,
-        help="For a policy that stores no settings: environment setting, such as environment_kwargs.robot=ur5 or "
-        "wrappers=[…]. Repeatable.",
+        help="Environment setting, such as environment_kwargs.robot=ur5 or wrappers=[…]. A trained policy stores its own "
+        "settings, of which only environment_kwargs.simulator_kwargs can be set. Repeatable.",
     ),
 ]
 
@@ -95,15 +95,14 @@ class PolicyChoice:
         if name is None:
             unused = {
                 "--algorithm": self.algorithm,
-                "--set": self.settings,
                 "--trust": self.trust and not run.is_file(),
             }
             for flag, value in unused.items():
                 if value:
                     raise CommandLineError(
                         flag,
-                        "this option requires --model FILE or --policy; a run stores its own settings, and its folder "
-                        "is always trusted.",
+                        "this option requires --model FILE or --policy; the algorithm of a run is known, and its folder is "
+                        "always trusted.",
                     )
             if not run.exists() and bare_id(str(run)) in environments():
                 raise CommandLineError(

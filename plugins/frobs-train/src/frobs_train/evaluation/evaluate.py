@@ -48,6 +48,7 @@ class Evaluation:
             position relative to the center of the box, such as ``"+x-y+z"``. None if the task has no goal positions.
         environment: Gymnasium ID.
         simulator: Name of the chosen simulator, or None if the training run's simulator was used.
+        simulator_kwargs: Settings of the simulator that replaced those from training, or None.
         randomize: Randomization settings, or None if the nominal models were used.
         seed: Seed of the episodes.
         deterministic: Whether the policy's actions were deterministic.
@@ -68,6 +69,7 @@ class Evaluation:
     seed: int
     deterministic: bool
     steps: int
+    simulator_kwargs: Mapping[str, Any] | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return the fields as JSON-serializable values."""
@@ -147,13 +149,13 @@ def evaluate(
         seed=chosen_seed,
         deterministic=deterministic,
         steps=steps,
+        simulator_kwargs=plain(run.simulator_kwargs, for_yaml=True),
     )
     name = f"step_{steps:09d}_seed{chosen_seed}_{episodes}episodes{f'_{simulator}' if simulator else ''}"
+    if run.simulator_kwargs is not None:
+        name += f"_simulator-{_digest(result.simulator_kwargs)}"
     if randomized:
-        text = to_json(spell_numbers(randomized), sort_keys=True).encode()
-        name += (
-            "_randomized" if randomize is True else f"_randomized-{hashlib.blake2b(text, digest_size=4).hexdigest()}"
-        )
+        name += "_randomized" if randomize is True else f"_randomized-{_digest(randomized)}"
     if not deterministic:
         name += "_sampled"
     if run.path.is_file() or isinstance(run, PolicyRun):  # only runs have a run folder
@@ -170,6 +172,11 @@ def evaluate(
 
         log_evaluation(run, result)
     return result
+
+
+def _digest(settings: Any) -> str:
+    text = to_json(spell_numbers(settings), sort_keys=True)
+    return hashlib.blake2b(text.encode(), digest_size=4).hexdigest()
 
 
 def usual_num_envs(config: RunConfig, episodes: int, simulator: str | None = None) -> int:

@@ -14,6 +14,7 @@ from frobs_core.util.errors import MissingDependencyError, RunError
 from frobs_core.util.files import read_json, write_json
 from frobs_train.errors import RunBusyError
 from frobs_train.logs.progress import STEPS, read_progress
+from frobs_train.runs.evaluation_files import is_as_trained
 from frobs_train.runs.lock import RunLock
 from frobs_train.training.callbacks import TrainingCallback
 
@@ -170,7 +171,7 @@ def make_loggers(names: Sequence[str]) -> list[ServiceLogger]:
 
 def log_evaluation(run: Run, found: Evaluation) -> None:
     """Send an evaluation to the services that track the evaluated run. Failures are logged as warnings."""
-    if found.simulator or found.randomize:
+    if not is_as_trained(vars(found)):
         return
     names = [name for name in run.config.log if (run.path / f"{name}.json").is_file()]
     for name in names:

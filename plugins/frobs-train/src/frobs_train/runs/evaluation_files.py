@@ -34,13 +34,15 @@ class _EvaluationFile(BaseModel):
     steps_to_success: Annotated[FiniteFloat, Field(ge=0.0)] | None = None
     success_by_octant: dict[str, _Octant] | None = None
     simulator: str | None = None
+    simulator_kwargs: dict[str, Any] | None = None
     randomize: dict[str, Any] | None = None
     deterministic: bool = True
 
 
 def is_as_trained(result: Mapping[str, Any]) -> bool:
     """Return whether an evaluation used deterministic actions, the training run's simulator and the nominal models."""
-    return not result.get("simulator") and not result.get("randomize") and bool(result.get("deterministic", True))
+    changed = result.get("simulator") or result.get("randomize") or result.get("simulator_kwargs") is not None
+    return not changed and bool(result.get("deterministic", True))
 
 
 def list_evaluations(run: Path) -> list[Path]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
+from copy import copy
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,9 @@ from frobs_core.kernel.policies import make_policy
 from frobs_core.plugins.registry import bare_id
 from frobs_core.util.arrays import Action, Mask
 from frobs_core.util.errors import CheckpointError, ModelMismatchError, RunError
+from frobs_core.util.yaml import merge
 from frobs_train.configuration.config import algorithm_record, differences
+from frobs_train.configuration.resolve import read_setting
 from frobs_train.export.bundle_run import BundleRun, open_pretrained, open_run_or_bundle
 from frobs_train.runs.model_file import is_model_file, load_model_file
 from frobs_train.runs.policy_run import PolicyRun
@@ -144,7 +147,8 @@ def open_policy(
     Args:
         target: Run folder or bundle. If ``policy`` is given, the Gymnasium ID of the environment.
         policy: Name or path of the policy, see :func:`~frobs_core.kernel.policies.load_policy`.
-        settings: Assignments to keys of :class:`frobs_train.RunConfig`, for a policy without settings of its own.
+        settings: Assignments to keys of :class:`frobs_train.RunConfig`. For a trained policy, which has settings of its
+            own, only to ``environment_kwargs.simulator_kwargs``, whose values from training are then not used.
         algorithm: Algorithm of a model file.
         trust: See ``TrainedPolicy``.
 
@@ -156,19 +160,34 @@ def open_policy(
         BundleError: The file is not a bundle.
     """
     if policy is None:
-        return open_run_or_bundle(target, trust)
+        return _with_simulator_kwargs(open_run_or_bundle(target, trust), settings)
     environment = str(target)
     options = {name: value for name, value in (("algorithm", algorithm), ("trust", trust)) if value}
     unbound = make_policy(policy, **options)
     run = unbound.run(environment) if isinstance(unbound, TrainedPolicy) else None
     if run is None:
         return PolicyRun(policy, environment, settings, **options)
-    if settings:
-        raise CommandLineError("--set", f"policy '{policy}' stores its own settings; omit this option.")
     trained, requested = bare_id(run.config.environment), bare_id(environment)
     if trained != requested:
         raise ModelMismatchError(f"policy '{policy}'", "the ID", f"'{trained}'", f"'{requested}'")
-    return run
+    return _with_simulator_kwargs(run, settings)
+
+
+def _with_simulator_kwargs(run: Run, settings: Sequence[str]) -> Run:
+    """Return a run whose simulator has the given settings instead of those from training."""
+    for setting in settings:
+        if setting.partition("=")[0].strip().split(".")[:2] != ["environment_kwargs", "simulator_kwargs"]:
+            raise CommandLineError(
+                f"--set {setting:.80}",
+                "a trained policy stores its own settings; only environment_kwargs.simulator_kwargs can be set.",
+            )
+    if not settings:
+        return run
+    changed, kwargs = copy(run), merge(*map(read_setting, settings))["environment_kwargs"]
+    kwargs = {**run.config.environment_kwargs, **kwargs}
+    changed.config = run.config.model_copy(update={"environment_kwargs": kwargs})
+    changed.simulator_kwargs = kwargs["simulator_kwargs"]
+    return changed
 
 
 def acting_policy(run: Run, env: Any, checkpoint: str | int = "newest", deterministic: bool = True) -> Policy:

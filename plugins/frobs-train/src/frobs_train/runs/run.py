@@ -57,6 +57,7 @@ class Run:
         edited: The configuration in ``config.yaml`` if this file was edited, else None.
         changes: Changes to the configuration since the run began, oldest first. Each change contains the ``steps`` from
             which it applies, the ``time``, and ``settings`` with the old and the new value of each key.
+        simulator_kwargs: Settings of the simulator that replace those from training, or None.
     """
 
     def __init__(self, path: Path, config: RunConfig) -> None:
@@ -64,6 +65,7 @@ class Run:
         self.config = config
         self.edited: RunConfig | None = None
         self.changes: tuple[Mapping[str, Any], ...] = ()
+        self.simulator_kwargs: Mapping[str, Any] | None = None
         self._damaged: set[Path] = set()  # evaluations that were reported
 
     @classmethod
