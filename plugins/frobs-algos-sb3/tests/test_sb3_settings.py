@@ -139,6 +139,18 @@ def test_schedules_fall_over_the_whole_training(make: Any, monitor: Any) -> None
     assert rates == pytest.approx([1e-2 * (1 - steps / 20) for steps in range(2, 22, 2)])
 
 
+def test_a_schedule_does_not_fall_below_zero_in_the_last_rollout(make: Any, monitor: Any) -> None:
+    config = {"learning_rate": "lin_1e-2", "n_steps": 16, "batch_size": 8}
+    plugins.get_record("algorithm", "ppo").load()(make("Pendulum-v1", 2), config, 0).train(20, monitor)
+    assert [metrics["ppo/learning_rate"] for _, metrics in monitor.rows] == [0.0]
+
+
+@pytest.mark.parametrize("rate", ["lin_nan", "lin_inf", float("inf"), float("nan")])
+def test_a_schedule_begins_with_a_finite_number(rate: Any) -> None:
+    with pytest.raises(ConfigurationError, match="learning_rate"):
+        plugins.get_record("algorithm", "ppo").load().resolve_config({"learning_rate": rate})
+
+
 @pytest.mark.parametrize("name", ["tqc", "crossq", "recurrent_ppo"])
 def test_without_sb3_contrib_one_error_says_how_to_install_it(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     record = plugins.get_record("algorithm", name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from typing import Annotated, Literal
@@ -30,12 +31,12 @@ def _check_schedule(value: float | str) -> float | str:
             number = float(match[1]) if match else 0.0
         except ValueError:
             number = 0.0
-        if number <= 0.0:
+        if not 0.0 < number < math.inf:
             raise ValueError(
                 "write a positive number, or 'lin_' followed by a positive initial value that decreases linearly to 0"
             )
-    elif not value > 0.0:
-        raise ValueError("must be positive")
+    elif not 0.0 < value < math.inf:
+        raise ValueError("must be positive and finite")
     return value
 
 
@@ -47,7 +48,7 @@ def schedule(value: float | str) -> float | Callable[[float], float]:
     """Return a number, or a function of the remaining progress of training, which decreases from 1 to 0."""
     if isinstance(value, str):
         start = float(value.removeprefix("lin_"))
-        return lambda remaining: start * remaining
+        return lambda remaining: start * max(0.0, remaining)  # the last rollout may exceed the steps
     return value
 
 
