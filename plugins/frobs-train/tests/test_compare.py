@@ -291,7 +291,7 @@ def test_latex_receives_no_special_characters_of_a_label(tmp_path: Path) -> None
 
 
 def test_a_folder_stands_for_the_runs_in_it(tmp_path: Path) -> None:
-    for name in ("a/1", "a/0", "b"):
+    for name in ("a/1", "a/0", "b", ".b.0123456789abcdef"):  # the last one is left over from --on-existing overwrite
         make(tmp_path / "runs" / name, 0)
     found = [run.path.relative_to(tmp_path / "runs").as_posix() for run in find_runs([tmp_path / "runs"])]
     assert found == ["a/0", "a/1", "b"]

@@ -312,9 +312,9 @@ def find_runs(paths: Iterable[Path | str]) -> list[Run]:
     """
     found = []
     for path in map(Path, paths):
-        inside = (
-            () if is_run(path) else sorted(file.parent for file in path.rglob("config.yaml") if is_run(file.parent))
-        )
+        below = () if is_run(path) else {file.parent for file in path.rglob("config.yaml")}
+        # A hidden folder is a run that is being created or removed.
+        inside = sorted(each for each in below if is_run(each) and not each.name.startswith("."))
         found += [Run.open(each) for each in inside or (path,)]
     return found
 
