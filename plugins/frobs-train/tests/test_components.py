@@ -65,6 +65,11 @@ def test_what_a_wrapper_remembers_decides_whether_a_run_continues_exactly(name: 
     assert found is None if why is None else why in (found or "")
 
 
+def test_a_wrapper_whose_statistics_are_lost_is_reported(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    train(config(steps=16, wrappers=[{"name": "gymnasium.wrappers:NormalizeObservation"}]), tmp_path / "run")
+    assert "use algorithm_config.normalize_observation instead" in caplog.text
+
+
 def test_an_algorithm_can_declare_that_it_does_not_resume_exactly(monkeypatch: pytest.MonkeyPatch) -> None:
     env = make_vector_env(REACH, 2, {})
     given = config(environment=REACH)

@@ -119,6 +119,13 @@ def prepare_training(
     settings = record.load().resolve_config(config.algorithm_config)
     seeds = spread_seed(config.seed or 0)
     env = make_training_env(config)
+    for wrapper in config.wrappers:
+        if wrapper.name.endswith(":NormalizeObservation"):
+            _log.warning(
+                "The wrapper %s does not keep its statistics, so the policy sees other observations in evaluations than "
+                "in training; use algorithm_config.normalize_observation instead.",
+                wrapper.name,
+            )
     try:
         check_action_space(record, config.environment, env.single_action_space)
         episodes = EpisodeStatistics()
