@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -9,11 +11,13 @@ import pytest
 from frobs_core.util.errors import CheckpointError, ConfigurationError, RunError
 from frobs_train import Run, evaluate, open_policy, resolve_config
 from frobs_train.cli.evaluate import summary
+from frobs_train.configuration.config import ThreadsConfig
 from frobs_train.environments import make_vector_env
 from frobs_train.evaluation.evaluate import usual_num_envs, wilson_interval
 from frobs_train.evaluation.playing import EpisodeCounter as _Counter
 from frobs_train.evaluation.playing import goal_reader
 from frobs_train.logs.recorder import FinishedEpisodes
+from frobs_train.training.threads import processors_limited_to
 
 
 def test_an_evaluation_is_written_and_repeats(copied: Run) -> None:
@@ -30,6 +34,25 @@ def test_an_evaluation_is_written_and_repeats(copied: Run) -> None:
         found
     )
     assert copied.evaluations() == [found]
+
+
+def test_an_evaluation_uses_no_more_processors_than_its_job_has(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[int] = []
+
+    def make(environment: str, num_envs: int, kwargs: Mapping[str, Any], wrappers: object) -> None:
+        made.append(kwargs["num_threads"])
+        raise RunError("the threads are known.")
+
+    monkeypatch.setattr("frobs_train.evaluation.evaluate.make_vector_env", make)
+    monkeypatch.setattr("frobs_train.training.threads.os.cpu_count", lambda: 8)
+    monkeypatch.setattr("frobs_train.training.threads.os.sched_getaffinity", lambda _: range(8), raising=False)
+    run = open_policy("frobs/Irb120Reach-v0", "pretrained")
+    with pytest.raises(RunError, match="known"), processors_limited_to(3):
+        evaluate(run, 20)
+    run.config = run.config.model_copy(update={"threads": ThreadsConfig(simulator=2)})
+    with pytest.raises(RunError, match="known"):
+        evaluate(run, 20)
+    assert made == [3, 2]
 
 
 def test_an_evaluation_of_sampled_actions_has_a_file_of_its_own(copied: Run) -> None:

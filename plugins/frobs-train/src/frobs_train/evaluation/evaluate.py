@@ -10,6 +10,7 @@ from contextlib import closing
 from dataclasses import asdict, dataclass
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 
 from frobs_core import plugins
@@ -26,6 +27,7 @@ from frobs_train.runs.policy import acting_policy
 from frobs_train.runs.policy_run import PolicyRun
 from frobs_train.runs.run import Run
 from frobs_train.training.seeds import spread_seed
+from frobs_train.training.threads import decide_threads
 
 _log = logging.getLogger("frobs")
 
@@ -125,7 +127,7 @@ def evaluate(
         whole_number(name, value, least)
     kwargs = config.keywords(simulator=simulator, randomize=randomize)
     randomized = plain(kwargs.get("randomize"), for_yaml=True)
-    env = make_vector_env(config.environment, min(num_envs, episodes), kwargs, config.wrappers)
+    env = make_evaluation_env(config, min(num_envs, episodes), kwargs)
     try:
         with closing(acting_policy(run, env, checkpoint, deterministic)) as policy:
             first = spread_seed(chosen_seed).evaluation
@@ -172,6 +174,15 @@ def evaluate(
 
         log_evaluation(run, result)
     return result
+
+
+def make_evaluation_env(
+    config: RunConfig, num_envs: int, kwargs: Mapping[str, Any]
+) -> gym.vector.VectorEnv[Any, Any, Any]:
+    """Make the environments of an evaluation, with the number of simulator threads that a run may use."""
+    threads = decide_threads(config.model_copy(update={"num_envs": num_envs})).simulator
+    more = {} if threads is None else {"num_threads": threads}
+    return make_vector_env(config.environment, num_envs, {**kwargs, **more}, config.wrappers)
 
 
 def _digest(settings: Any) -> str:

@@ -11,8 +11,7 @@ import numpy as np
 
 from frobs_core.contracts import Algorithm
 from frobs_core.util.errors import CheckpointError
-from frobs_train.environments import make_vector_env
-from frobs_train.evaluation.evaluate import usual_num_envs
+from frobs_train.evaluation.evaluate import make_evaluation_env, usual_num_envs
 from frobs_train.evaluation.playing import play_episodes
 from frobs_train.runs import checkpoints
 from frobs_train.runs.policy import AlgorithmPolicy
@@ -49,7 +48,7 @@ class TrainingEvaluation:
         config = self._run.config
         if self._env is None:
             count = usual_num_envs(config, config.evaluation_episodes)
-            self._env = make_vector_env(config.environment, count, config.keywords(randomize=False), config.wrappers)
+            self._env = make_evaluation_env(config, count, config.keywords(randomize=False))
         seed = self._run.seeds.validation
         try:
             episodes = play_episodes(
