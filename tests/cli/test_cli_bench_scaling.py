@@ -1,11 +1,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib.metadata import distributions
 from pathlib import Path
 from typing import Any
 
 import pytest
 from typer.testing import Result
+
+from frobs_core import plugins
 
 Frobs = Callable[..., Result]
 ID = "frobs/Irb120Reach-v0"
@@ -38,6 +41,17 @@ def test_an_environment_that_cannot_be_made_is_one_clear_error(frobs: Frobs) -> 
     result = frobs("bench", "CartPole-v1", "--scaling", "--simulator", "mujoco", "--num-envs", "1")
     assert result.exit_code != 0
     assert "'CartPole-v1' cannot be built with simulator='mujoco'" in result.stderr
+
+
+def test_scaling_needs_no_algorithm(frobs: Frobs, monkeypatch: pytest.MonkeyPatch) -> None:
+    measured: list[Any] = []
+    monkeypatch.setattr("frobs_devkit.cli.bench.report_scaling", lambda config, *_, **__: measured.append(config))
+    found = [each for each in distributions() if each.name.startswith("frobs-") and "-algos-" not in each.name]
+    with plugins.isolated(plugins.Plugins(found, strict=False, disabled=())):
+        result = frobs("bench", ID, "--scaling")
+        assert result.exit_code == 0, result.stderr
+        assert "no algorithm is named 'ppo'" in frobs("bench", ID, "--training").stderr
+    assert measured[0].environment == ID
 
 
 @pytest.mark.slow

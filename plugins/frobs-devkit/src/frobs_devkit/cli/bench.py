@@ -125,7 +125,7 @@ def bench(
         options.reject(["algorithm"], "this option requires --training.")
         options.reject(["steps"], "--scaling measures for a given time; use --seconds.")
         with only_json(json):
-            config = _resolve(env_id, options.flags(), options.settings)
+            config = _resolve(env_id, options.flags(), options.settings, trains=False)
         report_scaling(config, options, json=json)
         return
     options.reject((*_ONLY_SCALING, "runner"), "this option requires --scaling.")
@@ -199,10 +199,10 @@ def _one_size(num_envs: str | None) -> int | None:
     return sizes[0]
 
 
-def _resolve(env_id: str, flags: dict[str, Any], settings: Sequence[str]) -> RunConfig:
+def _resolve(env_id: str, flags: dict[str, Any], settings: Sequence[str], *, trains: bool = True) -> RunConfig:
     from frobs_train import resolve_config
 
-    return resolve_config(env_id, flags=flags, settings=settings, check_parts=True)
+    return resolve_config(env_id, flags=flags, settings=settings, check_parts=True, trains=trains)
 
 
 def _step_facts(found: BenchResult) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from typing import Any, cast
 
 from frobs_cli.errors import CommandLineError
 from frobs_cli.model_options import ROBOT_FLAGS
+from frobs_core import plugins
 from frobs_core.kernel.robot_file import absolute_files
 from frobs_core.plugins.records import AlgorithmRecord
 from frobs_core.plugins.registry import bare_id, environments
@@ -39,6 +40,7 @@ def resolve_config(
     flags: Mapping[str, Any] | None = None,
     settings: Sequence[str] = (),
     check_parts: bool = False,
+    trains: bool = True,
 ) -> RunConfig:
     """Resolve a configuration from tuned settings, a file, flags and individual settings.
 
@@ -56,6 +58,7 @@ def resolve_config(
             Values of None are ignored.
         settings: Assignments of YAML values to dotted keys, such as ``"algorithm_config.n_steps=16"``.
         check_parts: Whether to check the environment's parts first, because an algorithm's library is slow to import.
+        trains: Whether the algorithm must be installed. If it is not, there are no tuned settings.
 
     Returns:
         The configuration, including all defaults of the algorithm. If the robot is a model file,
@@ -79,8 +82,9 @@ def resolve_config(
     chosen = merge(from_file, from_flags, from_settings)
     id = str(chosen.get("environment", ""))
     usual = {"algorithm": "ppo" if translated else usual_algorithm(id)}
-    record = algorithm_record(str({**usual, **chosen}["algorithm"]))
-    tuned = ConfigMapping() if translated else merge(usual, _tuned(record, id))
+    name = str({**usual, **chosen}["algorithm"])
+    record = algorithm_record(name) if trains or name in plugins.records(AlgorithmRecord) else None
+    tuned = ConfigMapping() if translated else merge(usual, {} if record is None else _tuned(record, id))
     given = merge(tuned, from_file, from_flags, from_settings)
     controller = _environment_kwargs(given).get("controller")
     merged = merge(*_with_section(tuned, controller), *_with_section(from_file, controller), from_flags, from_settings)
@@ -90,6 +94,8 @@ def resolve_config(
     if check_parts:
         for simulator in config.simulators:  # before the algorithm's library is imported
             check_environment(config.environment, config.keywords(simulator=simulator))
+    if record is None:
+        return config
     own = _with_threads(merged.get("algorithm_config", {}), config.threads.torch)
     return config.model_copy(update={"algorithm_config": resolve_algorithm_config(record, own)})
 
