@@ -72,3 +72,4 @@ def test_bench_measures_scaling(facts: Callable[..., Any], tmp_path: Path) -> No
         assert 0.0 < point["low"] <= point["steps_per_second"] <= point["high"]
         assert 3e7 < point["memory"] < 1e9
     assert picture.is_file()
+    assert found["picture"] == str(picture)

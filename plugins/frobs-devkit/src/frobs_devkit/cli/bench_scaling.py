@@ -43,7 +43,7 @@ def report_scaling(config: RunConfig, options: BenchOptions, *, json: bool) -> N
     if out is not None:
         plot_scaling([result], out)
     if json:
-        print_json(result.to_dict())
+        print_json({**result.to_dict(), "picture": out})
         return
     print_facts(scaling_facts(result))
     if result.is_disturbed:
