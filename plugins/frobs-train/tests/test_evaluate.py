@@ -111,6 +111,11 @@ def test_success_reported_only_at_the_end_takes_the_whole_episode() -> None:
     assert counter.steps_to_success == [10]
 
 
+def test_the_simulator_of_the_training_is_not_another_one() -> None:
+    run = open_policy("frobs/Irb120Reach-v0", "pretrained")
+    assert evaluate(run, 2, simulator="mujoco") == evaluate(run, 2)
+
+
 def test_an_expert_succeeds_within_its_episodes() -> None:
     found = evaluate(open_policy("frobs/PandaLift-v0", "expert"), 4)
     assert found.success_rate == 1.0

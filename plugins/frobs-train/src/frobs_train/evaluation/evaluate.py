@@ -136,6 +136,8 @@ def evaluate(
     finally:
         env.close()
     successes = counter.successes
+    if simulator == {**find_spec(config.environment).kwargs, **config.environment_kwargs}.get("simulator"):
+        simulator = None
     result = Evaluation(
         success_rate=float(np.mean(successes)) if successes else None,
         success_interval=wilson_interval(int(sum(successes)), len(successes)) if successes else None,
