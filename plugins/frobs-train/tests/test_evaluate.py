@@ -2,12 +2,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
+from frobs_core.contracts import Policy
 from frobs_core.util.errors import CheckpointError, ConfigurationError, RunError
 from frobs_train import Run, evaluate, open_policy, resolve_config
 from frobs_train.cli.evaluate import summary
@@ -15,7 +18,7 @@ from frobs_train.configuration.config import ThreadsConfig
 from frobs_train.environments import make_vector_env
 from frobs_train.evaluation.evaluate import usual_num_envs, wilson_interval
 from frobs_train.evaluation.playing import EpisodeCounter as _Counter
-from frobs_train.evaluation.playing import goal_reader
+from frobs_train.evaluation.playing import goal_reader, play_episodes
 from frobs_train.logs.recorder import FinishedEpisodes
 from frobs_train.training.threads import processors_limited_to
 
@@ -114,6 +117,34 @@ def test_success_reported_only_at_the_end_takes_the_whole_episode() -> None:
 def test_the_simulator_of_the_training_is_not_another_one() -> None:
     run = open_policy("frobs/Irb120Reach-v0", "pretrained")
     assert evaluate(run, 2, simulator="mujoco") == evaluate(run, 2)
+
+
+class OnlySuccess(gym.Wrapper[Any, Any, Any, Any]):
+    """An environment that reports success, as NumPy's bool, only where there is one."""
+
+    def step(self, action: Any) -> Any:
+        *result, info = self.env.step(action)
+        succeeded = np.bool_(info.pop("is_success") > 0.0)
+        return (*result, {**info, "is_success": succeeded} if succeeded else info)
+
+
+class Rest(Policy):
+    def act(self, observation: Any, episode_start: Any) -> Any:
+        return np.zeros((len(observation), 1), np.float32)
+
+
+def test_an_episode_that_reports_no_success_has_failed() -> None:
+    plain, silent = (
+        play_episodes(
+            SyncVectorEnv([partial(make, "FrobsTests/Line-v0")] * 2, autoreset_mode=AutoresetMode.SAME_STEP),
+            Rest(),
+            40,
+            0,
+        )
+        for make in (gym.make, lambda id: OnlySuccess(gym.make(id)))
+    )
+    assert 0.0 < np.mean(plain.successes) < 0.5
+    assert (silent.successes, silent.steps_to_success) == (plain.successes, plain.steps_to_success)
 
 
 def test_an_expert_succeeds_within_its_episodes() -> None:

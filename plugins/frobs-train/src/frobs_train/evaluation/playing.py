@@ -103,6 +103,7 @@ class EpisodeCounter:
         self.rewards += finished.rewards[counted].tolist()
         self.lengths += finished.lengths[counted].tolist()
         if finished.successes is not None:
+            self.successes += [0.0] * (len(self.rewards) - len(self.successes) - int(counted.sum()))  # not reported
             self.successes += finished.successes[counted].tolist()
             succeeded = finished.env_ids[counted & (finished.successes > 0.0)]
             self.steps_to_success += (self._last_failure[succeeded] + 1).tolist()

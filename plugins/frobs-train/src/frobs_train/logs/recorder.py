@@ -69,6 +69,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         self._rewards: Floats = np.zeros(env.num_envs)
         self.checks = EpisodeChecks(env, longest_episode)
         self._terms: dict[str, Floats] = {}
+        self._has_success = False  # whether an episode has reported it
 
     def add_elsewhere(self, finished: FinishedEpisodes) -> None:
         """Report episodes of environments that the algorithm steps in other processes."""
@@ -158,7 +159,8 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         final = info.get("final_info", {})
         counted = done & ~final[FROM_PATH] if FROM_PATH in final else done
         ids = np.flatnonzero(counted)
-        successes = final["is_success"][ids].astype(np.float64) if "is_success" in final else None
+        self._has_success |= "is_success" in final
+        successes = _successes(final, self.num_envs)[ids] if self._has_success else None
         terms = {name: sums[ids] for name, sums in self._terms.items()}
         for name, values in {**terms, **({} if successes is None else {"is_success": successes})}.items():
             self.checks.check_metric(name, values, ids)
@@ -172,6 +174,12 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
             sums[done] = 0.0
         if len(ids):
             self._on_episodes(finished)
+
+
+def _successes(final: Mapping[str, Any], num_envs: int) -> Floats:
+    """Return 1.0 or 0.0 for each environment, (num_envs,). An episode that does not report success has failed."""
+    reported = final.get("_is_success", True)
+    return np.where(reported, final.get("is_success", np.zeros(num_envs)), 0.0).astype(np.float64)
 
 
 def wrappers_of(env: Any) -> Iterator[Any]:
