@@ -50,6 +50,14 @@ class SlowMethods:
         sleep(0.05)
 
 
+def test_steps_that_are_updates_are_measured() -> None:
+    chosen = ["num_envs=2", "steps=200", "algorithm_config.demonstrations=random", "algorithm_config.net_arch=[8]"]
+    chosen += ["algorithm_config.demonstration_episodes=2"]
+    result = bench_training(resolve_config(ID, flags={"algorithm": "bc"}, settings=chosen), steps=20)
+    assert result.steps >= 20
+    assert result.steps_per_second > 0.0
+
+
 @pytest.mark.parametrize("algorithm", SETTINGS)
 def test_parts_are_positive_and_add_up_to_the_total(algorithm: str) -> None:
     result = measure(algorithm)

@@ -83,6 +83,7 @@ class _Window:
         self._wanted, self._seconds, self._limit = steps_to_measure, seconds, limit
         self._has_updates = UPDATES in stopwatch.times
         self._reports = 0
+        self._told = 0  # steps that the algorithm reports, which may be updates or steps of other processes
         self._begin = self._read()
         self._latest = self._begin
         self._start: _Reading | None = None
@@ -90,12 +91,14 @@ class _Window:
         self._checkpoint_seconds: float | None = None
 
     def is_due(self, steps: int) -> bool:
+        self._told = steps
         if self._has_updates:
             self._look()
         return self._end is not None or not self._has_updates
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
         self._reports += 1
+        self._told = steps
         self._look()
         return self._end is None
 
@@ -150,7 +153,7 @@ class _Window:
     def _read(self) -> _Reading:
         calls = {part: len(times) for part, times in self._stopwatch.times.items()}
         rounds = calls[UPDATES] if self._has_updates else self._reports
-        return _Reading(perf_counter(), self._steps(), rounds, calls)
+        return _Reading(perf_counter(), max(self._steps(), self._told), rounds, calls)
 
     def _save(self, save: Callable[[Path, Path | None], None]) -> None:
         with TemporaryDirectory() as folder:
