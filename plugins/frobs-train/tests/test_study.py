@@ -6,9 +6,12 @@ from typing import Any
 
 import pytest
 
+from frobs_cli.errors import CommandLineError
 from frobs_core.util.errors import ConfigurationError, FrobsError
 from frobs_core.util.files import write_json
 from frobs_train import Run, RunConfig, load_runner
+from frobs_train.cli.runner_options import RunnerChoice
+from frobs_train.cli.study import study
 from frobs_train.comparison.study import (
     Study,
     missing_evaluations,
@@ -101,6 +104,12 @@ def test_a_bad_file_is_named(content: str, says: str, tmp_path: Path) -> None:
     (tmp_path / "study.yaml").write_text(content, "utf-8")
     with pytest.raises(ConfigurationError, match=says):
         read_study(tmp_path / "study.yaml")
+
+
+def test_a_file_without_an_ending_is_not_taken_for_the_folder(tmp_path: Path) -> None:
+    (tmp_path / "study").write_text("environments: [CartPole-v1]", "utf-8")
+    with pytest.raises(CommandLineError, match=r"--out: .*study is a file"):
+        study(tmp_path / "study", RunnerChoice())
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from frobs_cli.errors import CommandLineError
 from frobs_cli.output import print_line, print_note
 from frobs_train.cli.jobs_progress import collect_outcomes, short_path
 from frobs_train.cli.runner_options import RunnerChoice
@@ -44,6 +45,8 @@ def study(
     from frobs_train.comparison.study import missing_evaluations, missing_trainings, read_study, write_study
 
     described, folder = read_study(file), file.with_suffix("") if out is None else out
+    if folder.is_file():
+        raise CommandLineError("--out", f"{folder} is a file; choose a folder for the study.")
     chosen = runner.open()
     for title, jobs in (("train", missing_trainings), ("evaluate", missing_evaluations)):
         _run(title, jobs(described, folder), folder, chosen)
