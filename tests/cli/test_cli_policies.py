@@ -38,6 +38,7 @@ def test_the_simulator_of_a_trained_policy_can_have_other_settings(facts: Facts,
     words = ("evaluate", REACH, "--pretrained", "--episodes", "2", "--set")
     found = facts(*words, "environment_kwargs.simulator_kwargs.iterations=50")
     assert found["simulator_kwargs"] == {"iterations": 50}
+    assert "iterations=50" in frobs(*words, "environment_kwargs.simulator_kwargs.iterations=50").stdout
     result = frobs(*words, "environment_kwargs.simulator_kwargs.iteration=50")
     assert (result.exit_code, "Did you mean 'iterations'?" in result.stderr) == (2, True)
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 
 def percent(share: float | None, digits: int = 1) -> str:
     """Return ``share`` as a percentage with ``digits`` decimals, such as ``"98.4 %"``, or ``"–"`` for None."""
@@ -23,3 +26,8 @@ def duration(seconds: float) -> str:
     minutes, second = divmod(rounded, 60)
     hours, minute = divmod(minutes, 60)
     return f"{hours}:{minute:02}:{second:02}" if hours else f"{minute}:{second:02}"
+
+
+def settings_text(settings: Mapping[str, Any] | None) -> str | None:
+    """Return settings as text such as ``"iterations=50, cone=elliptic"``, or None if there are none."""
+    return ", ".join(f"{key}={value}" for key, value in (settings or {}).items()) or None

@@ -11,7 +11,7 @@ import typer
 
 from frobs_cli.errors import CommandLineError
 from frobs_cli.facts import print_facts
-from frobs_cli.formats import number, percent
+from frobs_cli.formats import number, percent, settings_text
 from frobs_cli.options import CheckpointName, Json, LongestEpisode, Randomized, Seed, Simulator
 from frobs_cli.output import only_json, print_json, print_table, working
 from frobs_train.cli.jobs_progress import collect_outcomes
@@ -101,6 +101,7 @@ def evaluate(
 def summary(found: Evaluation) -> dict[str, object]:
     """Return a human-readable summary of an evaluation."""
     facts: dict[str, object] = {"environment": found.environment, "simulator": found.simulator}
+    facts["simulator_kwargs"] = settings_text(found.simulator_kwargs)
     if found.randomize:
         facts["randomized"] = ", ".join(found.randomize)
     if found.success_rate is not None and found.success_interval is not None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frobs_cli.formats import duration, number, percent
+from frobs_cli.formats import duration, number, percent, settings_text
 from frobs_cli.providers import Provider
 
 if TYPE_CHECKING:
@@ -162,6 +162,7 @@ def _evaluation(found: Mapping[str, Any]) -> dict[str, Any]:
         "worst octant": percent(worst) if worst is not None else None,
         "reward": number(found["mean_reward"]),
         "simulator": found.get("simulator"),
+        "simulator_kwargs": settings_text(found.get("simulator_kwargs")),
         "randomized": ", ".join(found.get("randomize") or ()) or None,
         "seed": found.get("seed"),
     }
