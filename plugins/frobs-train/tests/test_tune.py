@@ -13,7 +13,9 @@ import pytest
 from frobs_core.util.errors import ConfigurationError, RunError, UnknownNameError
 from frobs_core.util.files import write_json
 from frobs_train import Progress, Run, Search, StudyResult, TrialResult, resolve_config, tune
+from frobs_train.configuration.config import algorithm_record
 from frobs_train.plots.plot_search import plot_search, setting_importance
+from frobs_train.tuning.search_space import load_space
 from frobs_train.tuning.study import PRUNERS, SAMPLERS, open_study, quiet
 from frobs_train.tuning.tune import Session
 
@@ -127,6 +129,12 @@ def test_what_is_set_is_not_searched(space: Path, tmp_path: Path) -> None:
     everything = ("algorithm_config.n_steps=30", "algorithm_config.learning_rate=1e-3")
     with pytest.raises(ConfigurationError, match="nothing is left"):
         tune(search(tmp_path, settings=everything, folder=tmp_path / "other"))
+
+
+def test_what_a_flag_sets_is_not_searched(tmp_path: Path) -> None:
+    chosen = Search(environment="CartPole-v1", flags={"num_envs": 2, "steps": None}, folder=tmp_path / "study")
+    assert "num_envs" in load_space(algorithm_record("ppo"))
+    assert {"num_envs", "algorithm_config.n_steps"} - {*Session(chosen).space} == {"num_envs"}
 
 
 def test_a_trial_that_fails_is_recorded_and_the_study_goes_on(space: Path, tmp_path: Path) -> None:

@@ -262,7 +262,9 @@ def _final(search: Search, found: Evaluation) -> float:
 
 def _space(search: Search, base: RunConfig) -> SearchSpace:
     """Return the search space without the fixed settings, after checking that its keys exist."""
-    fixed = dotted(merge(*map(read_setting, search.settings)))
+    fixed = {*dotted(merge(*map(read_setting, search.settings)))}
+    flags = [name for name, value in search.flags.items() if value is not None]
+    fixed.update(flags, (f"environment_kwargs.{name}" for name in flags))
     full = load_space(algorithm_record(base.algorithm), search.space)
     space = {key: dimension for key, dimension in full.items() if not any(_overlap(key, name) for name in fixed)}
     if not space:
