@@ -29,6 +29,7 @@ class TrainingProgress:
 
     def __init__(self, headline: str, total_steps: int) -> None:
         self.last: Progress | None = None
+        self._written: Progress | None = None
         self._headline = headline
         self._total = total_steps
         self._console = console(stderr=True)
@@ -55,7 +56,7 @@ class TrainingProgress:
         if self._bar is not None:
             self._bar.live.transient = self.last is None
             self._bar.stop()
-        elif self.last is not None and kind is None and self._next_line > time.monotonic():
+        elif self.last is not None and kind is None and self.last is not self._written:
             self._write_line(self.last)
 
     def update(self, progress: Progress) -> None:
@@ -83,6 +84,7 @@ class TrainingProgress:
         return " · ".join(parts)
 
     def _write_line(self, progress: Progress) -> None:
+        self._written = progress
         done = f"{progress.steps:,}/{self._total:,} steps ({percent(min(1.0, progress.steps / self._total), 0)})"
         self._console.print(f"{done} · {self._numbers(progress)}", soft_wrap=True)
 
