@@ -185,3 +185,15 @@ def test_a_full_disk_keeps_the_whole_episodes(tmp_path: Path, monkeypatch: pytes
     with pytest.raises(DataError, match="No space left"):
         add_episodes(writer, [2])
     assert_content(folder, [0])
+
+
+def test_pictures_may_be_listed_with_their_channels_first(copied: Path) -> None:
+    path = copied / "meta/info.json"
+    info = json.loads(path.read_text())
+    info["features"][CAMERAS[0]] |= {"shape": [3, 32, 64], "names": ["channels", "height", "width"]}
+    path.write_text(json.dumps(info))
+    feature = Dataset(copied).features[CAMERAS[0]]
+    assert (feature.shape, feature.names) == ((32, 64, 3), ("height", "width", "channels"))
+    info["features"][CAMERAS[0]]["shape"] = [3, 32, 32]
+    path.write_text(json.dumps(info))
+    assert_content(copied, [0, 1, 2], cameras=2)

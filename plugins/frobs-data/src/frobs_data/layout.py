@@ -226,7 +226,11 @@ def _read_feature(path: Path, name: str, value: Any) -> Feature:
     shape = value.get("shape") if isinstance(value, dict) else None
     if not isinstance(shape, list) or not all(type(size) is int and 0 < size < 2**31 for size in shape):
         raise DataError(path, f"the feature '{name}' needs a 'shape' that is a list of positive whole numbers.")
-    feature = Feature(value.get("dtype"), tuple(shape) or (1,), _read_names(value.get("names")))
+    dtype, names = value.get("dtype"), _read_names(value.get("names"))
+    if dtype == "video" and len(shape) == 3:
+        if shape[0] == 3 != shape[2]:  # LeRobot also writes this order
+            shape, names = [*shape[1:], 3], (*names[1:], *names[:1])
+    feature = Feature(dtype, tuple(shape) or (1,), names)
     if feature.dtype not in _DTYPES:
         raise DataError(path, f"the feature '{name}' has the unknown dtype {feature.dtype!r:.40}.")
     if feature.is_video and (len(shape) != 3 or shape[2] != 3):
