@@ -197,3 +197,9 @@ def test_pictures_may_be_listed_with_their_channels_first(copied: Path) -> None:
     info["features"][CAMERAS[0]]["shape"] = [3, 32, 32]
     path.write_text(json.dumps(info))
     assert_content(copied, [0, 1, 2], cameras=2)
+
+
+def test_a_relative_folder_may_contain_a_colon(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    make_set(Path("14:30"), 2, cameras=1)
+    assert_content(Path("14:30"), [0, 1], cameras=1)

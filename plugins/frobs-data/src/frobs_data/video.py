@@ -74,7 +74,7 @@ class Clip:
     def _encode(self, picture: np.ndarray[Any, Any], number: int) -> None:
         time_base = Fraction(1, self._fps)
         if self._box is None:
-            self._box = av.open(str(self.path), "w")
+            self._box = av.open(str(self.path.absolute()), "w")
             self._stream = self._box.add_stream(
                 self._codec, rate=self._fps, options={"g": "2", **_OPTIONS[self._codec]}
             )
@@ -197,7 +197,7 @@ class Muxer:
 
     def __init__(self, path: Path, like: Packets, fps: int) -> None:
         self._kind, self._size, self._fps, self._length = like.kind, 0, fps, 0
-        self._box = av.open(str(path), "w")
+        self._box = av.open(str(path.absolute()), "w")
         self._stream = self._box.add_stream_from_template(like.stream, opaque=True)
 
     def fits(self, packets: Packets, limit: float) -> bool:
