@@ -203,3 +203,15 @@ def test_a_relative_folder_may_contain_a_colon(tmp_path: Path, monkeypatch: pyte
     monkeypatch.chdir(tmp_path)
     make_set(Path("14:30"), 2, cameras=1)
     assert_content(Path("14:30"), [0, 1], cameras=1)
+
+
+def test_one_writer_at_a_time_writes_a_set(tmp_path: Path) -> None:
+    folder = tmp_path / "set"
+    with DatasetWriter(folder, FPS, features(), "arm") as writer:
+        add_episodes(writer, [0])
+        with pytest.raises(DataError, match="another writer has it open"):
+            DatasetWriter(folder, FPS, features(), "arm", append=True)
+        add_episodes(writer, [1])
+    with DatasetWriter(folder, FPS, features(), "arm", append=True) as writer:
+        add_episodes(writer, [2])
+    assert_content(folder, [0, 1, 2])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import fcntl
+import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -78,7 +80,7 @@ class DatasetWriter:
         info: Features and counts of the data set.
 
     Raises:
-        DataError: The folder is not empty, or contains a data set with other features.
+        DataError: The folder is not empty, contains a data set with other features, or is being written.
         ParameterValueError: A feature cannot be stored.
     """
 
@@ -109,10 +111,14 @@ class DatasetWriter:
         self._due = 0.0
         self._error: Exception | None = None
         self._queue: Queue[Callable[[], object] | None] = Queue(_WAITING)
+        self._locked = -1
         try:
             self._open(settings)
-        except OSError as error:
-            raise self._failure(error) from error
+        except BaseException as error:
+            self._unlock()
+            if isinstance(error, OSError):
+                raise self._failure(error) from error
+            raise
         self._thread = Thread(target=self._work, name="dataset-writer", daemon=True)
         self._thread.start()
 
@@ -178,6 +184,7 @@ class DatasetWriter:
             self._queue.put(self._join)
             self._queue.put(None)
             self._thread.join()
+            self._unlock()
             self._check()
 
     def __enter__(self) -> DatasetWriter:
@@ -219,17 +226,35 @@ class DatasetWriter:
         return DataError(self.folder, f"the data set cannot be written: {reason.rstrip('.')}; {kept}.")
 
     def _open(self, settings: Mapping[str, Any] | None) -> None:
-        used = self.folder.is_dir() and any(self.folder.iterdir())
-        if used and not self._append:
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self._lock()
+        if any(self.folder.iterdir()) and not self._append:
             raise DataError(self.folder, "the folder is not empty; choose another folder, or append to the data set.")
         if (self.folder / "meta" / "info.json").exists():
             self._continue(Dataset(self.folder))
         elif (self.folder / "data").exists():
             raise DataError(self.folder, "the folder contains no data set with meta/info.json; choose another folder.")
-        (self.folder / PARTIAL).mkdir(parents=True, exist_ok=True)
+        (self.folder / PARTIAL).mkdir(exist_ok=True)
         if settings is not None:
             write_json(self.folder / SETTINGS_PATH, settings)
         write_summary(self.folder, self.info, self._tasks, self._stats)
+
+    def _lock(self) -> None:
+        """Lock the folder until this process closes the writer or ends."""
+        self._locked = os.open(self.folder, os.O_RDONLY)
+        try:
+            fcntl.flock(self._locked, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise DataError(
+                self.folder, "another writer has it open; close that one, or choose another folder."
+            ) from None
+        except OSError:  # the file system does not support locks
+            pass
+
+    def _unlock(self) -> None:
+        if self._locked >= 0:
+            os.close(self._locked)
+            self._locked = -1
 
     def _continue(self, present: Dataset) -> None:
         for name in ("fps", "robot_type", "features"):
