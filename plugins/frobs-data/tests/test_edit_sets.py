@@ -48,6 +48,11 @@ def test_sets_that_differ_are_not_merged(recorded: Path, tmp_path: Path) -> None
         merge([recorded, other], tmp_path / "merged")
     with pytest.raises(DataError, match="not empty"):
         merge([recorded], other)
+    (tmp_path / "file").touch()
+    with pytest.raises(DataError, match="not a folder"):
+        merge([recorded], tmp_path / "file")
+    with pytest.raises(DataError, match=r"cannot be written: Not a directory\.$"):
+        split(recorded, {"a": [0]}, tmp_path / "file")
 
 
 def test_a_damaged_source_leaves_nothing_behind(recorded: Path, copied: Path, tmp_path: Path) -> None:

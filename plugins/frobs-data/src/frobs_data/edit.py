@@ -75,8 +75,8 @@ def split(folder: Path | str, parts: Mapping[str, float | Sequence[int]], out: P
 
 def _assemble(sources: Sequence[tuple[Dataset, Sequence[int]]], out: Path) -> Dataset:
     first = sources[0][0]
-    if out.exists() and any(out.iterdir()):
-        raise DataError(out, "the folder is not empty; choose another folder.")
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise DataError(out, "it is not empty, or not a folder; choose another folder.")
     info = Info(first.fps, first.robot_type, dict(first.features), codecs=first.info.codecs)
     tasks: list[str] = []
     try:
@@ -100,8 +100,7 @@ def _assemble(sources: Sequence[tuple[Dataset, Sequence[int]]], out: Path) -> Da
     except BaseException as error:  # half a data set would look like a data set, and block the next try
         shutil.rmtree(out, ignore_errors=True)
         if isinstance(error, OSError):
-            reason = f"the data set cannot be written: {error.strerror or error}; free space and try again."
-            raise DataError(out, reason) from error
+            raise DataError(out, f"the data set cannot be written: {error.strerror or error}.") from error
         raise
     return Dataset(out)
 
