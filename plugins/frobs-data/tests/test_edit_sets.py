@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from frobs_cli.program import program
 from frobs_core.util.errors import ConfigurationError
-from frobs_data import DataError, Dataset, check, merge, split
+from frobs_data import DataError, Dataset, DatasetWriter, Feature, check, merge, split
 
 
 def assert_equal(folder: Path, numbers: list[int]) -> None:
@@ -94,6 +94,25 @@ def test_minari_loads_an_exported_set(recorded: Path, tmp_path: Path, monkeypatc
         np.testing.assert_array_equal(found.actions, given["action"])
         np.testing.assert_array_equal(found.observations[:-1], given["observation.state"])
         np.testing.assert_allclose(found.rewards, given["next.reward"])
+
+
+@pytest.mark.needs("minari", "h5py")
+def test_minari_receives_actions_of_one_element(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import minari
+
+    from frobs_data.edit import export_minari
+
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    features = {"observation.state": Feature("float32", (2,)), "action": Feature("int64", (1,))}
+    with DatasetWriter(tmp_path / "set", 25, features) as writer:
+        writer.add({"observation.state": np.zeros((4, 2)), "action": np.arange(4)}, "")
+    export_minari(tmp_path / "set", "frobs/one-v0")
+    (found,) = minari.load_dataset("frobs/one-v0").iterate_episodes()
+    np.testing.assert_array_equal(found.actions, np.arange(4.0)[:, None])
+    with DatasetWriter(tmp_path / "blind", 25, {"action": Feature("float32", (2,))}) as writer:
+        writer.add({"action": np.zeros((4, 2))}, "")
+    with pytest.raises(DataError, match="Minari needs episodes with"):
+        export_minari(tmp_path / "blind", "frobs/blind-v0")
 
 
 def test_show_prints_a_summary_and_draws(recorded: Path, tmp_path: Path) -> None:

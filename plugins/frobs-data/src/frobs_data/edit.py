@@ -208,10 +208,13 @@ def export_minari(folder: Path | str, name: str) -> Path:
     dataset, optional = Dataset(folder), ("next.reward", "next.terminated")
     numeric = [name for name, feature in dataset.features.items() if feature.is_numeric]
     vectors = [name for name in numeric if name.startswith("observation.")]
+    if not (vectors and "action" in numeric and dataset.episodes):
+        raise DataError(folder, "Minari needs episodes with vectors of observations and with actions.")
     columns = dataset.columns([*vectors, "action", *(name for name in optional if name in numeric)])
     observations = np.concatenate(
         [columns[name].reshape(len(dataset), -1) for name in vectors], axis=1, dtype=np.float32
     )
+    actions = columns["action"].reshape(len(dataset), -1).astype(np.float32)
     rewards, ended = (columns.get(name, np.zeros(len(dataset), np.float32)) for name in optional)
     buffers, end = [], 0
     for episode in dataset.episodes:
@@ -221,7 +224,7 @@ def export_minari(folder: Path | str, name: str) -> Path:
             EpisodeBuffer(
                 id=episode.index,
                 observations=np.concatenate([observations[rows], observations[end - 1 : end]]),
-                actions=columns["action"][rows],
+                actions=actions[rows],
                 rewards=rewards[rows],
                 terminations=ended[rows].astype(bool),
                 truncations=last & ~ended[rows].astype(bool),
