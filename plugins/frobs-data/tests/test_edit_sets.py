@@ -6,6 +6,8 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from made_sets import CAMERAS, TASKS, episode, make_set
 from typer.testing import CliRunner
@@ -113,6 +115,17 @@ def test_minari_receives_actions_of_one_element(tmp_path: Path, monkeypatch: pyt
         writer.add({"action": np.zeros((4, 2))}, "")
     with pytest.raises(DataError, match="Minari needs episodes with"):
         export_minari(tmp_path / "blind", "frobs/blind-v0")
+
+
+def test_numbers_that_are_not_finite_are_shown(copied: Path, tmp_path: Path) -> None:
+    path = next((copied / "data").rglob("*.parquet"))
+    table = pq.read_table(path)
+    actions = pa.array([[np.nan, 1.0]] * len(table), pa.list_(pa.float32()))
+    pq.write_table(table.set_column(table.schema.get_field_index("action"), "action", actions), path)
+    picture = tmp_path / "a.png"
+    result = CliRunner().invoke(program(), ["data", "show", str(copied), "--picture", str(picture)])
+    assert result.exit_code == 0, result.output
+    assert picture.is_file()
 
 
 def test_show_prints_a_summary_and_draws(recorded: Path, tmp_path: Path) -> None:

@@ -39,7 +39,7 @@ def draw(dataset: Dataset, out: Path) -> Path:
     if action is not None and action.is_numeric and count:
         values = dataset.columns(["action"])["action"].reshape(len(dataset), -1)[:, :_MOST]
         for index, axis in enumerate(rows[-1].subplots(1, values.shape[1], squeeze=False)[0]):
-            axis.hist(values[:, index], bins=40, color=COLORS[0])
+            axis.hist(values[np.isfinite(values[:, index]), index], bins=40, color=COLORS[0])
             dress(axis, action.names[index] if len(action.names) == action.size else f"action {index}")
             axis.set_yticks([])
     write_aside(out, figure.savefig)
