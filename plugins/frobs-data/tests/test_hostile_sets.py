@@ -229,6 +229,24 @@ def test_a_set_without_frobs_settings_is_read(tmp_path: Path) -> None:
     assert dataset.start_state(0) is None
 
 
+def test_features_that_are_not_read_are_left_alone(copied: Path, tmp_path: Path) -> None:
+    path = copied / DATA
+    table = pq.read_table(path)
+    said = pa.array([[{"role": "user", "content": "Lift."}]] * len(table))
+    pq.write_table(table.append_column("language_events", said), path)
+    change_info(
+        copied,
+        lambda info: info["features"].update(
+            language_events={"dtype": "language", "shape": [1], "names": None},
+            depth={"dtype": "video", "shape": [32, 32, 1], "names": None},
+        ),
+    )
+    read_all(copied)
+    assert check(copied) == []
+    with pytest.raises(DataError, match=r"language_events, depth cannot be copied.*lerobot-edit-dataset"):
+        merge([copied, copied], tmp_path / "merged")
+
+
 def test_long_texts_that_repeat_share_their_memory(copied: Path) -> None:
     text, repeats = "a" * 100_000, 7_000
     repeated = pa.DictionaryArray.from_arrays(np.zeros(3 * repeats, np.int32), [text])

@@ -77,6 +77,9 @@ def _assemble(sources: Sequence[tuple[Dataset, Sequence[int]]], out: Path) -> Da
     first = sources[0][0]
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise DataError(out, "it is not empty, or not a folder; choose another folder.")
+    if others := [name for name, each in first.features.items() if not (each.is_video or each.is_numeric)]:
+        reason = f"{', '.join(others)[:300]} cannot be copied, because only numbers and color videos can"
+        raise DataError(first.folder, f"{reason}; remove these features with lerobot-edit-dataset first.")
     info = Info(first.fps, first.robot_type, dict(first.features), codecs=first.info.codecs)
     tasks: list[str] = []
     try:

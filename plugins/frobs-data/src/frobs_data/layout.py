@@ -32,7 +32,7 @@ Place: TypeAlias = tuple[int, int]
 """Chunk and file index of a file."""
 
 _NUMBERS = ("float32", "float64", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64", "bool")
-_DTYPES = (*_NUMBERS, "float16", "string", "image", "video")
+_DTYPES = (*_NUMBERS, "float16", "string", "language", "image", "depth", "video")
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Feature:
     """One column or camera of a data set.
 
     Attributes:
-        dtype: NumPy data type, or ``"video"`` for a camera.
+        dtype: NumPy data type, ``"video"`` for a camera, or a type that is not read, such as ``"string"``.
         shape: Shape of one frame's value. ``(1,)`` for a number, ``(height, width, 3)`` for a camera.
         names: Name of each element, or of each axis of a picture. Empty if the data set does not name them.
     """
@@ -230,12 +230,14 @@ def _read_feature(path: Path, name: str, value: Any) -> Feature:
     if dtype == "video" and len(shape) == 3:
         if shape[0] == 3 != shape[2]:  # LeRobot also writes this order
             shape, names = [*shape[1:], 3], (*names[1:], *names[:1])
+        elif 1 in (shape[0], shape[2]):
+            dtype = "depth"
     feature = Feature(dtype, tuple(shape) or (1,), names)
     if feature.dtype not in _DTYPES:
         raise DataError(path, f"the feature '{name}' has the unknown dtype {feature.dtype!r:.40}.")
     if feature.is_video and (len(shape) != 3 or shape[2] != 3):
         raise DataError(path, f"the video '{name}' has the shape {shape}; it must be (height, width, 3).")
-    is_picture = feature.dtype in ("video", "image")
+    is_picture = feature.dtype in ("video", "depth", "image")
     limit = BUDGET["pixels of a picture"] * 3 if is_picture else BUDGET["elements of a feature"]
     if len(shape) > 10 or feature.size > limit:
         raise DataError(path, f"the feature '{name}' has more than {limit:,} elements.")
