@@ -245,6 +245,8 @@ def test_sources_that_cannot_be_used_are_refused(run_env: Any, data_set: tuple[D
     env.recipe = EnvironmentRecipe(REACH, {}, (ComponentConfig(name="gymnasium.wrappers.vector:NormalizeObservation"),))
     with pytest.raises(ConfigurationError, match="statistics would differ"):
         demonstrations.collect(env, "random", 1, 0)
+    with pytest.raises(ConfigurationError, match="statistics would differ"):
+        demonstrations.load(folder, env, 1, 0)
     del env.recipe
     with pytest.raises(ConfigurationError, match="only in a training run"):
         demonstrations.collect(env, "random", 1, 0)

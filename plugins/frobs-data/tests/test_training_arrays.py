@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,8 @@ import pytest
 from frobs_core.util import memory
 from frobs_core.util.errors import ConfigurationError
 from frobs_data import DataError, DatasetWriter, Feature, training_arrays
+from frobs_train.configuration.config import ComponentConfig
+from frobs_train.environments import make_vector_env
 
 REACH = "frobs/Irb120Reach-v0"
 
@@ -123,6 +126,23 @@ def test_missing_terms_are_listed_with_a_mapping_that_helps(make: Callable[..., 
     with DatasetWriter(tmp_path / "set", 25, {"action": Feature("float32", (6,))}) as writer:
         writer.add({"action": np.zeros((3, 6))}, "")
     with pytest.raises(DataError, match=r"joint_positions, tcp_position, goal.*\{joint_positions: \{feature:"):
+        training_arrays(tmp_path / "set", env)
+
+
+@pytest.mark.parametrize(
+    ("wrapper", "settings", "message"),
+    [
+        ("gymnasium.wrappers:TimeLimit", {"max_episode_steps": 9}, "without wrappers for single environments"),
+        ("gymnasium.wrappers.vector:RescaleAction", {"min_action": -2.0, "max_action": 2.0}, "omit the wrapper"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:.*precision lowered")
+def test_a_set_does_not_contain_what_wrappers_change(
+    make: Callable[..., Any], tmp_path: Path, wrapper: str, settings: dict[str, Any], message: str
+) -> None:
+    record(tmp_path / "set", make(REACH), {})
+    env = make_vector_env(REACH, 2, {}, [ComponentConfig(name=wrapper, **settings)])
+    with closing(env), pytest.raises(DataError, match=message):
         training_arrays(tmp_path / "set", env)
 
 

@@ -109,12 +109,23 @@ def load(
     if is_path(source) and not path.exists():
         raise ConfigurationError(f"demonstrations: {source} does not exist; write a data set's folder or a policy.")
     if is_path(source) and path.is_dir() and not (path / "config.yaml").is_file():  # a run folder contains a policy
+        _check_wrappers(getattr(env, "recipe", None), source)
         found = _read(path, env, mapping, following)
         _require_finite(found, f"demonstrations: {source}", "record it again")
         return found
     if mapping is not None:
         raise ConfigurationError(f"demonstration_mapping: '{source}' is a policy, not a data set; omit the mapping.")
     return collect(env, source, episodes, seed, following=following)
+
+
+def _check_wrappers(recipe: Any, owner: str) -> None:
+    """Check that no wrapper of the training run has statistics that would differ for the demonstrations."""
+    for component in getattr(recipe, "wrappers", ()):
+        if component.name.rpartition(":")[2] in _ADAPTING:
+            raise ConfigurationError(
+                f"{owner} cannot demonstrate with the wrapper {component.name}, whose statistics would differ from those "
+                "of the training run; use the algorithm's settings normalize_observation and normalize_reward instead."
+            )
 
 
 def _require_finite(found: Demonstrations, owner: str, remedy: str) -> None:
@@ -154,12 +165,7 @@ def collect(
     recipe = getattr(env, "recipe", None)
     if recipe is None:
         raise ConfigurationError(f"policy '{policy_name}' can play only in a training run; use frobs_train.train.")
-    for component in recipe.wrappers:
-        if component.name.rpartition(":")[2] in _ADAPTING:
-            raise ConfigurationError(
-                f"policy '{policy_name}' cannot play with the wrapper {component.name}, whose statistics would differ from "
-                "those of the training run; use algorithm_config.normalize_observation and normalize_reward instead."
-            )
+    _check_wrappers(recipe, f"policy '{policy_name}'")
     # With staggered starts, the first episodes would be cut off.
     recipe = replace(recipe, kwargs={key: value for key, value in recipe.kwargs.items() if key != "stagger"})
     playing = recipe.make(min(episodes, _MOST_ENVS), recipe.kwargs.get("num_threads") or 1)

@@ -11,7 +11,9 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.description import ObservationTerm
+from frobs_core.kernel.env import RobotEnv
 from frobs_core.kernel.mixed_vector_env import MixedVectorEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.util.errors import ParameterValueError, check_keys
 from frobs_core.util.memory import require_memory
 from frobs_core.util.yaml import load_yaml
@@ -85,25 +87,29 @@ def training_arrays(
 
     Raises:
         DataError: The data set is damaged, lacks a term, contains numbers that are not finite, or does not fit the
-            environment's action space, control rate or robot.
+            environment's action space, control rate or robot, or a wrapper changes the observations or actions.
         ConfigurationError: The mapping is invalid, or the observations do not fit into memory.
     """
     dataset, base = Dataset(folder), env.unwrapped
     if isinstance(base, MixedVectorEnv):  # all have the same robot, observation and action
         base = next(iter(base.parts.values()))
+    if not isinstance(base, RobotEnv | RobotVectorEnv):
+        raise DataError(folder, "only FRobs environments without wrappers for single environments can use it.")
+    if _spaces(env) != _spaces(base):
+        raise DataError(folder, "it does not contain what a wrapper of the environment changes; omit the wrapper.")
     given = load_yaml(mapping) if isinstance(mapping, Path | str) else dict(mapping or {})
     check_keys("the mapping", given, ("action", "observation", "any_rate"))
     terms = given.get("observation") or {}
     if not isinstance(terms, Mapping):
         raise ParameterValueError("observation", terms, "a mapping from observation terms to features")
-    check_keys("the observation", terms, base.observations.terms)  # type: ignore[union-attr]
+    check_keys("the observation", terms, base.observations.terms)
     _check_fit(dataset, base, mapping is not None, given.get("any_rate") is True)
-    space: Any = getattr(base, "single_action_space", None) or base.action_space
+    space = _spaces(base)[1]
     action = _Source("action", given.get("action") or "action").read(dataset, "action", int(np.prod(space.shape or 1)))
     episode_start = np.zeros(len(dataset), bool)
     episode_start[np.cumsum([0, *(episode.length for episode in dataset.episodes[:-1])])] = True
     found = {
-        "observation": _observation(dataset, base.observations, terms),  # type: ignore[union-attr]
+        "observation": _observation(dataset, base.observations, terms),
         "action": action.astype(space.dtype).reshape(-1, *space.shape),
         "episode_start": episode_start,
     }
@@ -113,6 +119,13 @@ def training_arrays(
         values = _Source(name, feature).read(dataset, name, 1) if known else missing
         found[name] = values.reshape(-1).astype(np.float32 if name == "reward" else np.bool_)
     return found
+
+
+def _spaces(env: Any) -> list[Any]:
+    """Return the observation space and the action space of a single environment."""
+    return [
+        getattr(env, f"single_{name}", None) or getattr(env, name) for name in ("observation_space", "action_space")
+    ]
 
 
 def _check_fit(dataset: Dataset, env: Any, mapped: bool, any_rate: bool) -> None:
