@@ -24,7 +24,14 @@ def names_of(env: Any, terms: list[str]) -> tuple[str, ...]:
     return tuple(f"{name}_{i}" if size > 1 else name for name, size in sizes.items() for i in range(size))
 
 
-def record(folder: Path, env: Any, more: dict[str, Feature], fps: int = 25, robot: str | None = None) -> dict[str, Any]:
+def record(
+    folder: Path,
+    env: Any,
+    more: dict[str, Feature],
+    fps: int = 25,
+    robot: str | None = None,
+    scale: float = 1.0,
+) -> dict[str, Any]:
     """Write two episodes with random numbers, and return their columns."""
     base = env.unwrapped
     terms = list(base.observations.terms)
@@ -46,7 +53,7 @@ def record(folder: Path, env: Any, more: dict[str, Feature], fps: int = 25, robo
                 if feature.is_video
                 else (rng.random((length, *feature.shape)) > 0.5).astype(feature.dtype)
                 if feature.dtype == "bool"
-                else rng.random((length, *feature.shape)).astype(np.float32)
+                else (rng.random((length, *feature.shape)) * (scale if name == "action" else 1.0)).astype(np.float32)
                 for name, feature in features.items()
             }
             writer.add(episode, "Reach.")
@@ -143,6 +150,19 @@ def test_a_set_does_not_contain_what_wrappers_change(
     record(tmp_path / "set", make(REACH), {})
     env = make_vector_env(REACH, 2, {}, [ComponentConfig(name=wrapper, **settings)])
     with closing(env), pytest.raises(DataError, match=message):
+        training_arrays(tmp_path / "set", env)
+
+
+@pytest.mark.parametrize(
+    ("scale", "names", "message"),
+    [(57.3, (), "action in frame 0 is outside"), (1.0, tuple("xyzabc"), "its actions are x, y, z, a, b, c, those of")],
+)
+def test_actions_in_other_units_or_of_another_controller_raise(
+    make: Callable[..., Any], tmp_path: Path, scale: float, names: tuple[str, ...], message: str
+) -> None:
+    env = make(REACH)
+    record(tmp_path / "set", env, {"action": Feature("float32", (6,), names)}, scale=scale)
+    with pytest.raises(DataError, match=message):
         training_arrays(tmp_path / "set", env)
 
 

@@ -20,11 +20,13 @@ from frobs_core.util.yaml import load_yaml
 from frobs_data.budgets import BUDGET
 from frobs_data.dataset import Dataset
 from frobs_data.errors import DataError
+from frobs_data.recorded_features import action_names
 
 _PER_FRAME = {
     **{"reward": "next.reward", "terminated": "next.terminated", "success": "next.success"},
     "intervention": "intervention",
 }
+_ROUNDING = 1e-3  # of the range of an action
 _EXAMPLE = "observation: {%s: {feature: observation.state, columns: [0, 1, 2]}}"
 
 
@@ -105,7 +107,7 @@ def training_arrays(
     check_keys("the observation", terms, base.observations.terms)
     _check_fit(dataset, base, mapping is not None, given.get("any_rate") is True)
     space = _spaces(base)[1]
-    action = _Source("action", given.get("action") or "action").read(dataset, "action", int(np.prod(space.shape or 1)))
+    action = _read_action(dataset, given.get("action") or "action", space)
     episode_start = np.zeros(len(dataset), bool)
     episode_start[np.cumsum([0, *(episode.length for episode in dataset.episodes[:-1])])] = True
     found = {
@@ -128,6 +130,21 @@ def _spaces(env: Any) -> list[Any]:
     ]
 
 
+def _read_action(dataset: Dataset, source: Any, space: Any) -> np.ndarray[Any, Any]:
+    """Return the actions, (frames, size)."""
+    action = _Source("action", source).read(dataset, "action", int(np.prod(space.shape or 1)))
+    if isinstance(space, gym.spaces.Box):
+        low, high = space.low.ravel(), space.high.ravel()
+        outside = (np.maximum(low - action, action - high) > _ROUNDING * (high - low)).any(axis=1)
+        if outside.any():
+            reason = (
+                f"the action in frame {int(np.argmax(outside)):,} is outside the bounds {space.low} to {space.high}"
+            )
+            advice = "choose the controller of the recording, or write a data set with scaled actions"
+            raise DataError(dataset.folder, f"{reason}; {advice}.")
+    return action
+
+
 def _check_fit(dataset: Dataset, env: Any, mapped: bool, any_rate: bool) -> None:
     if not dataset.episodes:
         raise DataError(dataset.folder, "the data set contains no episodes; record some first.")
@@ -138,6 +155,10 @@ def _check_fit(dataset: Dataset, env: Any, mapped: bool, any_rate: bool) -> None
     if not mapped and dataset.robot_type not in (None, robot):
         advice = f"choose robot={dataset.robot_type!r:.60}, or pass a mapping file"
         raise DataError(dataset.folder, f"it was recorded with another robot than '{robot}'; {advice}.")
+    names = dataset.features["action"].names if "action" in dataset.features else ()
+    if not mapped and names and names != (own := action_names(env.control)):
+        reason = f"its actions are {', '.join(names)[:200]}, those of the environment {', '.join(own)}"
+        raise DataError(dataset.folder, f"{reason}; choose the controller of the recording, or pass a mapping file.")
 
 
 def _observation(dataset: Dataset, observations: Any, mapping: Mapping[str, Any]) -> Any:
