@@ -126,6 +126,13 @@ def test_a_camera_that_cannot_be_recorded_leaves_no_folder(
     assert not (tmp_path / "set").exists()
 
 
+@pytest.mark.filterwarnings("ignore:.*precision lowered")
+def test_actions_that_a_wrapper_changes_are_not_recorded(tmp_path: Path) -> None:
+    wrapper = "{name: 'gymnasium.wrappers.vector:RescaleAction', min_action: -0.1, max_action: 0.1}"
+    with pytest.raises(FrobsError, match="a wrapper changes the actions"):
+        record(REACH, "random", episodes=1, out=tmp_path / "set", settings=[f"wrappers=[{wrapper}]"])
+
+
 @pytest.mark.needs("rendering")
 def test_cameras_are_recorded_beside_the_observation(tmp_path: Path) -> None:
     wrist = {"link": "panda_link8", "pos": [0, 0.05, 0], "target": [0, 0, 0.2], "fov_y": 60, "size": [32, 48]}

@@ -269,6 +269,10 @@ class Recorder:
         base: Any = env.unwrapped
         if not isinstance(base, RobotVectorEnv):
             raise RunError("only FRobs environments can be recorded, without wrappers for single environments.")
+        if env.single_action_space != base.single_action_space:
+            raise RunError(
+                "a wrapper changes the actions, so those of the environment are not known; omit the wrapper."
+            )
         self.env, self.seed, self._views, self._success_only = base, seed, views, success_only
         self._unseen = env is not base  # a wrapper may have changed the observation
         num_envs = base.num_envs
