@@ -157,6 +157,17 @@ def test_images_are_resized_and_stored(motion: Motion, tmp_path: Path) -> None:
     np.testing.assert_allclose(found.mean(axis=(1, 2, 3)), 5 * np.arange(STEPS), atol=4)
 
 
+@pytest.mark.needs("rendering")
+def test_an_image_that_cannot_be_read_leaves_nothing_behind(motion: Motion, tmp_path: Path) -> None:
+    pictures = [image(0.1 + k * STEP, "front", np.zeros((64, 48, 3), np.uint8)) for k in range(STEPS + 1)]
+    pictures[20][3]["encoding"] = "bayer_rggb8"
+    settings = ["environment_kwargs.observations.front={type: camera, camera: overview, size: [32, 32]}"]
+    bag = write_bag(tmp_path / "bag", [*motion.messages, *pictures])
+    with pytest.raises(DataError, match="the encoding 'bayer_rggb8' is not supported"):
+        import_bags([bag], REACH, tmp_path / "data", settings=settings)
+    assert not (tmp_path / "data").exists()
+
+
 def _later(message: Message, seconds: float) -> Message:
     return (message[0], message[1] + seconds, *message[2:])
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -124,12 +125,17 @@ def import_bags(
         for bag, some in read:
             report(f"importing {bag.path}")
             followed.append([_follow(mirror, episode, bag.path) for episode in some])
-        with DatasetWriter(out, fps, features, robot, facts) as writer:
-            for (bag, some), rows in zip(read, followed, strict=True):
-                pictures = _read_pictures(bag, names, some, mirror, writer)
-                for (columns, start, _), clips in zip(rows, pictures, strict=True):
-                    columns = {name: values for name, values in columns.items() if name in features}
-                    writer.add({**columns, **clips}, sentence, start)
+        writer = DatasetWriter(out, fps, features, robot, facts)
+        try:
+            with writer:
+                for (bag, some), rows in zip(read, followed, strict=True):
+                    pictures = _read_pictures(bag, names, some, mirror, writer)
+                    for (columns, start, _), clips in zip(rows, pictures, strict=True):
+                        columns = {name: values for name, values in columns.items() if name in features}
+                        writer.add({**columns, **clips}, sentence, start)
+        except BaseException:  # half an import would look like a data set, and block the next try
+            shutil.rmtree(out, ignore_errors=True)
+            raise
     return Imported(dataset=Dataset(out), unreachable=sum(missed for rows in followed for _, _, missed in rows))
 
 
