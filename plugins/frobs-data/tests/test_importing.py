@@ -168,6 +168,19 @@ def test_an_image_that_cannot_be_read_leaves_nothing_behind(motion: Motion, tmp_
     assert not (tmp_path / "data").exists()
 
 
+@pytest.mark.parametrize("velocity", [[], [np.nan] * 6])
+def test_velocities_that_are_observed_must_be_measured(motion: Motion, tmp_path: Path, velocity: list[float]) -> None:
+    messages = [
+        (*each[:3], {**each[3], "velocity": np.array(velocity)}) if each[0] == "/joint_states" else each
+        for each in motion.messages
+    ]
+    bag = write_bag(tmp_path / "bag", messages)
+    settings = ["environment_kwargs.observations.joint_velocities={type: joint_velocities}"]
+    assert len(import_bags([bag], REACH, tmp_path / "without").dataset) == STEPS
+    with pytest.raises(DataError, match="does not contain the observation terms joint_velocities"):
+        import_bags([bag], REACH, tmp_path / "data", settings=settings)
+
+
 def _later(message: Message, seconds: float) -> Message:
     return (message[0], message[1] + seconds, *message[2:])
 

@@ -30,6 +30,8 @@ FORWARDED, PLANNED, MEASURED = COMMANDS = ("forward", "trajectory", "measured")
 """Sources of the commands."""
 
 _SHORTEST_GAP = 0.2  # [s]
+_OPTIONAL = {1: ("joint_velocities", "tcp_velocity"), 2: ("joint_efforts",)}
+"""Observation terms that follow from the velocities and from the efforts of joint states, which may be missing."""
 
 
 @dataclass(frozen=True)
@@ -135,9 +137,10 @@ class Resampler:
         if OBSERVATION in topics:
             named = [topics[OBSERVATION].values[i] for i in topics[OBSERVATION].latest(times)]
         goals = self._goals(times, named)
-        self._check_terms(named, goals)
+        missing = [name for row, terms in _OPTIONAL.items() if np.isnan(joints[:, row]).any() for name in terms]
+        self._check_terms(named, goals, missing)
         images = {key: each.latest(times[:-1]) for key, each in pictures.items()}
-        return BagEpisode(joints, self._commands(times, joints[:, 0], begin), named, goals, images)
+        return BagEpisode(np.nan_to_num(joints), self._commands(times, joints[:, 0], begin), named, goals, images)
 
     def _commands(self, times: Floats, measured: Floats, begin: float) -> Floats:
         """Return the command of each frame, (n, dof): the one in the middle of its control step.
@@ -181,9 +184,13 @@ class Resampler:
                 return np.stack([each[name] for each in named])
         return None
 
-    def _check_terms(self, named: Sequence[Mapping[str, Floats]], goals: Floats | None) -> None:
+    def _check_terms(
+        self, named: Sequence[Mapping[str, Floats]], goals: Floats | None, unmeasured: Sequence[str]
+    ) -> None:
         sizes = self._mirror.sizes
-        known = MEASURED_TERMS | (GOAL_TERMS if goals is not None and self._mirror.has_goal else set())
+        known = MEASURED_TERMS.difference(unmeasured) | (
+            GOAL_TERMS if goals is not None and self._mirror.has_goal else set()
+        )
         reported = {name for name in sizes if all(len(each.get(name, ())) == sizes[name] for each in named)}
         missing = [name for name in sizes if name not in known | reported]
         if missing:

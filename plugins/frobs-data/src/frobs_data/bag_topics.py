@@ -164,7 +164,10 @@ def picture_of(message: Any, size: tuple[int, int]) -> np.ndarray[Any, Any]:
 
 
 def _joints(message: Any, joint_names: Sequence[str]) -> Floats | None:
-    """Return positions, velocities and efforts, (3, dof), or None if a joint is missing, as in messages of others."""
+    """Return positions, velocities and efforts, (3, dof), or None if a joint is missing, as in messages of others.
+
+    Velocities and efforts that a message does not contain are NaN.
+    """
     present = {name: column for column, name in enumerate(message.name)}
     if not present.keys() >= set(joint_names):
         return None
@@ -174,7 +177,7 @@ def _joints(message: Any, joint_names: Sequence[str]) -> Floats | None:
     parts = [_finite(message.position)[columns]]
     for values in (message.velocity, message.effort):  # drivers may leave them out, or fill them with NaN
         usable = len(values) == len(message.name) and np.isfinite(np.asarray(values)[columns]).all()
-        parts.append(np.asarray(values, float)[columns] if usable else np.zeros(len(columns)))
+        parts.append(np.asarray(values, float)[columns] if usable else np.full(len(columns), np.nan))
     return np.stack(parts)
 
 
