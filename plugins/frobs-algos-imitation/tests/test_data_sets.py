@@ -184,10 +184,22 @@ def test_a_data_set_without_a_step_of_the_person_is_an_error(corrected: Path, tm
         never = pa.array([False] * len(table), table.schema.field(column).type)
         pq.write_table(table.set_column(column, table.schema.field(column), never), path)
     flags = {"algorithm": "dagger", "seed": 0, "num_envs": 1, "steps": 3}
-    for source, message in ((copy, "no step in which a person acted"), ("expert", "not the folder of a data set")):
+    (tmp_path / "trained").mkdir()
+    (tmp_path / "trained" / "config.yaml").touch()
+    others = [(each, "not the folder of a data set") for each in ("expert", tmp_path / "trained")]
+    for source, message in [(copy, "no step in which a person acted"), *others]:
         config = resolve_config(LIFT, flags=flags, settings=[f"algorithm_config.expert=[{source}]"])
         with pytest.raises(FrobsError, match=message):
             train(config, tmp_path / "run")
+
+
+def test_a_folder_of_corrections_may_be_named_like_a_policy(
+    corrected: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(corrected.parent)
+    flags = {"algorithm": "dagger", "seed": 0, "num_envs": 1, "steps": 2}
+    config = resolve_config(LIFT, flags=flags, settings=["algorithm_config.expert=[lift]"])
+    assert len(imitated(train(config, tmp_path / "run")).rows) == 60
 
 
 def test_the_memory_of_a_policy_contains_the_action_of_the_person(folder: Path, tmp_path: Path) -> None:

@@ -46,9 +46,9 @@ class Dagger(ImitationAlgorithm):
             load_policy(expert, env).close()  # so that a wrong name leaves no run folder behind
             return
         for source in expert:
-            if not Path(source).is_dir():
+            if not (Path(source) / "meta" / "info.json").is_file():
                 raise ConfigurationError(f"algorithm 'dagger': expert: {source} is not the folder of a data set.")
-        parts = [self._samples_of(source, 1) for source in expert]
+        parts = [self._samples_of(str(Path(source).absolute()), 1) for source in expert]  # a name alone is a policy's
         self.samples = Samples([part for samples in parts for part in samples.parts])
         self.policy.normalize(self.samples.frames)
 
