@@ -24,7 +24,7 @@ def robot() -> RosRobot:
     return made
 
 
-@pytest.mark.parametrize("fault", ["lost", "not finite"])
+@pytest.mark.parametrize("fault", ["lost", "not finite", "no velocity"])
 def test_a_robot_is_silent_if_one_of_its_nodes_stops_measuring(
     robot: RosRobot, monkeypatch: pytest.MonkeyPatch, fault: str
 ) -> None:
@@ -32,8 +32,8 @@ def test_a_robot_is_silent_if_one_of_its_nodes_stops_measuring(
     monkeypatch.setattr(handle, "time", SimpleNamespace(monotonic=lambda: now))
     halves = robot.joint_names[:3], robot.joint_names[3:]
 
-    def publish(names: tuple[str, ...], position: float) -> None:
-        robot._hear_joints(SimpleNamespace(name=names, position=[position] * 3, velocity=[], effort=[]))
+    def publish(names: tuple[str, ...], position: float, *velocity: float) -> None:
+        robot._hear_joints(SimpleNamespace(name=names, position=[position] * 3, velocity=[*velocity] * 3, effort=[]))
 
     for now in (1.0, 2.0):
         publish(halves[0], now)
@@ -43,6 +43,8 @@ def test_a_robot_is_silent_if_one_of_its_nodes_stops_measuring(
         publish(halves[0], now)
         if fault == "not finite":
             publish(halves[1], math.nan)
+        if fault == "no velocity":
+            publish(halves[1], now, math.nan)
     assert robot.silent() == ("joint states", 2.0)
     robot.read()
     np.testing.assert_array_equal(robot.joint_positions[0], [4.0] * 3 + [2.0] * 3)

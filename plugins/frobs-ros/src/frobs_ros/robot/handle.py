@@ -81,7 +81,7 @@ class RosRobot(MeasuredRobot):
         columns = [each or [0.0] * len(message.name) for each in (message.position, message.velocity, message.effort)]
         rows, now = zip(message.name, *columns, strict=True), time.monotonic()
         with self._lock:
-            self._joints |= {name: (now, *values) for name, *values in rows if math.isfinite(values[0])}
+            self._joints |= {name: (now, *values) for name, *values in rows if all(map(math.isfinite, values[:2]))}
             if all(name in self._joints for name in self.joint_names):  # each may come from another node
                 self._heard["joint states"] = min((self._joints[name][0] for name in self.joint_names), default=now)
 
