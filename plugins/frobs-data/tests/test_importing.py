@@ -85,7 +85,7 @@ def test_an_imported_bag_is_learned_from(motion: Motion, tmp_path: Path) -> None
     bag = write_bag(tmp_path / "bag", motion.messages)
     arguments = ["data", "import", bag, "--env", REACH, "--to", tmp_path / "data", "--json"]
     result = CliRunner().invoke(program(), [str(word) for word in arguments], catch_exceptions=False)
-    assert json.loads(result.output)["episodes"] == 1
+    assert json.loads(result.stdout)["episodes"] == 1
     settings = [f"algorithm_config.demonstrations={tmp_path / 'data'}", "algorithm_config.net_arch=[8]", "steps=3"]
     config = resolve_config(REACH, flags={"algorithm": "bc", "seed": 0, "num_envs": 1}, settings=settings)
     assert train(config, tmp_path / "run").newest_checkpoint()[0].steps == 3
