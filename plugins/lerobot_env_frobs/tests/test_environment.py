@@ -94,6 +94,16 @@ def test_pictures_are_those_of_the_scene() -> None:
         np.testing.assert_array_equal(observation["pixels"]["overview"], seen)
 
 
+@pytest.mark.needs("rendering")
+def test_an_id_keeps_the_observation_terms_that_it_changes() -> None:
+    with closing(make("PandaPushVision-v0", cameras=["whole"], render_mode=None)) as env:
+        vision: Any = gym.make("frobs_core:frobs/PandaPushVision-v0").unwrapped
+        terms: Any = env.unwrapped
+        assert [*terms.observations.terms] == [*vision.observations.terms, "whole"]
+        assert {*env.observation_space["pixels"]} == {"scene", "wrist", "whole"}  # type: ignore[index]
+        vision.close()
+
+
 def test_a_camera_that_does_not_exist_is_named() -> None:
     with pytest.raises(UnknownNameError, match=r"'desk'\. Available: overview, whole, wrist"):
         make("PandaLift-v0", cameras=["desk"])

@@ -29,7 +29,7 @@ class FrobsEnv(EnvConfig):
         features: Shape of each feature. The environment's values replace given values.
         features_map: LeRobot's name of each feature. The environment's values replace given values.
         episode_length: Maximum number of steps of an episode, or 0 for the one of the ID.
-        cameras: Names of cameras of the scene, separated by commas. By default the observation has no pictures.
+        cameras: Names of cameras of the scene, separated by commas, whose pictures are added to the observation.
         image_size: Height and width of the pictures [pixels].
         simulator: Name of the simulator.
         end_on_success: Whether the first success ends an episode. If False, an episode counts as a success only if its

@@ -34,7 +34,7 @@ def make(
 
     Args:
         task: Gymnasium ID, with or without ``frobs/``.
-        cameras: Names of the cameras of the scene whose pictures the observation contains.
+        cameras: Names of the cameras of the scene whose pictures are added to the observation.
         image_size: Height and width of the pictures [pixels].
         fps: Control steps per second, or 0 for the rate of the task.
         episode_length: Maximum number of steps of an episode, or 0 for the one of the ID.
@@ -48,12 +48,15 @@ def make(
     """
     keywords = dict(kwargs or {})
     pictures = {name: {"camera": name, "size": list(image_size)} for name in cameras}
-    keywords["observations"] = {**pictures, **keywords.get("observations", {})}
+    name = task if "/" in task else f"frobs/{task}"
+    spec, given = gym.registry.get(name), keywords.get("observations")
+    own = spec.kwargs.get("observations", {}) if spec else {}  # a keyword would replace it
+    keywords["observations"] = {**own, **pictures} if given is None else {**pictures, **given}
     if fps:
         keywords.setdefault("control_timestep", 1.0 / fps)  # fps is rounded if LeRobot read it from the environment
     if episode_length:
         keywords["max_episode_steps"] = episode_length
-    id = f"frobs_core:{task if '/' in task else f'frobs/{task}'}"  # importing frobs_core registers the IDs
+    id = f"frobs_core:{name}"  # importing frobs_core registers the IDs
     return LeRobotEnv(gym.make(id, render_mode=render_mode, disable_env_checker=True, **keywords), end_on_success)
 
 
