@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import signal
 import subprocess
@@ -151,6 +152,19 @@ def test_cameras_are_recorded_beside_the_observation(tmp_path: Path) -> None:
             assert np.abs(difference).mean() < 8.0  # the videos are compressed
             env.step(action)
     env.close()
+
+
+@pytest.mark.needs("rendering")
+def test_added_cameras_do_not_replace_those_of_the_id(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    reach, eye = gym.spec(REACH), {"pos": [1.0, 0.0, 1.0], "target": [0.0, 0.0, 0.3]}
+    seen = {"eye": {"type": "camera", "camera": "eye", "size": [32, 32]}}
+    kwargs = {**reach.kwargs, "cameras": {"eye": eye}, "observations": seen}
+    changed = dataclasses.replace(reach, id="frobs/Seen-v0", kwargs=kwargs)
+    monkeypatch.setitem(gym.registry, "frobs/Seen-v0", changed)
+    dataset = record(
+        "frobs/Seen-v0", "random", episodes=1, out=tmp_path / "set", cameras={"other": eye}, max_episode_steps=2
+    )
+    assert dataset.info.cameras == ["observation.images.eye", "observation.images.other"]
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

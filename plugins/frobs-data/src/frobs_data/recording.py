@@ -13,6 +13,7 @@ import numpy as np
 from frobs_core.contracts import Operator, Policy, Snapshot
 from frobs_core.kernel.policies import find_policy, load_policy
 from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.plugins.registry import find_spec
 from frobs_core.util.arrays import Action, Mask
 from frobs_core.util.errors import CapabilityError, ParameterValueError, RunError
 from frobs_core.util.keywords import constructor_parameters
@@ -138,7 +139,8 @@ def record(
     config = run.config
     kwargs = {**config.keywords(simulator=simulator, randomize=False), **overrides}
     if added:
-        kwargs["cameras"] = {**kwargs.get("cameras", {}), **added}
+        own = {**find_spec(config.environment).kwargs, **kwargs}  # the keyword would replace the cameras of the ID
+        kwargs["cameras"] = {**(own.get("cameras") or {}), **added}
     present = Dataset(out) if append and (out / "meta" / "info.json").exists() else None
     if present is not None and SEED in present.features and len(present):
         seed = max(seed, int(present.columns([SEED])[SEED].max()) + 1)
