@@ -18,7 +18,7 @@ from frobs_core.kernel.fitting import fit_robots, fixed_keywords
 from frobs_core.kernel.robot_config import RobotConfig
 from frobs_core.models import default_tcp, load_model
 from frobs_core.plugins.registry import find_spec
-from frobs_core.util.errors import ConfigurationError, PluginError
+from frobs_core.util.errors import ConfigurationError, ParameterValueError, PluginError
 from frobs_devkit.doctor import examine_robot
 from frobs_devkit.doctor.robot_file import robot_file_text
 from frobs_models import find_gripper
@@ -85,6 +85,12 @@ def test_a_statement_takes_precedence(files: tuple[Path, Path]) -> None:
 
 def test_joints_can_be_named_by_a_string() -> None:
     assert EnvConfig(task="reach", gripper="a, b").gripper == {"joints": ["a", "b"]}
+
+
+@pytest.mark.parametrize("id", [PICK, REACH])
+def test_a_gripper_is_not_stated_for_a_robot_that_is_no_file(id: str) -> None:
+    with pytest.raises(ParameterValueError, match=r"gripper is .* must be omitted for robot 'panda'"):
+        gym.make(f"frobs_core:{id}", robot="panda", gripper="panda_finger_joint1")
 
 
 BAD = {

@@ -17,7 +17,7 @@ from frobs_core.models import RobotModel, default_tcp
 from frobs_core.models.load import find_reader
 from frobs_core.plugins.records import ControllerDefaults, TaskRecord
 from frobs_core.util.attributes import load_attribute
-from frobs_core.util.errors import ConflictingOptionsError
+from frobs_core.util.errors import ConflictingOptionsError, ParameterValueError
 from frobs_core.util.plain import to_json
 
 _log = logging.getLogger("frobs")
@@ -65,6 +65,9 @@ def fit_robots(task: Any, robots: Mapping[str, RobotConfig], fit: bool | None) -
         elif config.gripper and not fitting and description.tcp is None:
             joints = dict(config.gripper).get("joints", ())  # type: ignore[arg-type] # a mapping since __post_init__
             description = replace(description, tcp=default_tcp(description.read_model(), joints))
+        elif config.gripper and not config.from_file:
+            rule = f"omitted for robot '{description.name}', because it describes only grippers of model files"
+            raise ParameterValueError("gripper", dict(config.gripper), rule)  # type: ignore[arg-type]
         if is_fitted:
             result.models[name] = model = description.read_model()
             fitted: Fitted = load_attribute(fitting)(task, description, model)
