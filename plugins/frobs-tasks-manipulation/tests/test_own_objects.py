@@ -65,7 +65,7 @@ def test_the_frame_of_the_object_is_where_the_tool_grips_it(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("given", [{"size": 0.05}, {"mass": 0.2}])
-def test_the_size_and_the_mass_of_the_cube_cannot_be_set_for_an_object(tmp_path: Path, given: dict[str, float]) -> None:
+def test_the_size_and_the_mass_of_the_cube_cannot_be_set_for_an_object(tmp_path: Path, given: dict[str, Any]) -> None:
     with pytest.raises(
         ConfigurationError, match=f"object and {next(iter(given))} cannot be combined; .* has no effect"
     ):

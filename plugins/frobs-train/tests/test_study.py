@@ -64,7 +64,7 @@ def test_a_study_runs_only_what_is_missing(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_run_that_ended_early_is_complete(tmp_path: Path) -> None:
     learning = {"n_steps": 50, "learning_rate": 1e-2, "gamma": 0.8}
-    settings = {"steps": 100_000, "num_envs": 4, "evaluate_every": 400, "evaluation_episodes": 20}
+    settings: dict[str, Any] = {"steps": 100_000, "num_envs": 4, "evaluate_every": 400, "evaluation_episodes": 20}
     settings |= {"checkpoint_every": 50_000, "stop_at_success": 0.5, "algorithm_config": learning}
     study = Study(environments=["FrobsTests/Line-v0"], seeds=1, episodes=2, settings=settings)
     name = "FrobsTests/Line-v0/ppo_seed0"

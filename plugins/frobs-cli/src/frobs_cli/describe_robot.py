@@ -25,8 +25,10 @@ def robot_of(name: str, keywords: Mapping[str, Any]) -> Robot | None:
     """
     if is_model_file(name) or is_robot_file(name):
         config = RobotConfig(robot=name, **keywords)
-        robot = config.describe()
-        return find_reader(robot.model).with_gripper(robot, config.gripper) if "gripper" in keywords else robot
+        described = config.describe()
+        if "gripper" in keywords:
+            described = find_reader(described.model).with_gripper(described, config.gripper)
+        return described
     bare = name.removeprefix("robot:")
     if bare not in plugins.records("robot"):
         return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -77,7 +77,7 @@ def robot(
     if write is not None:
         from frobs_devkit.doctor.robot_file import robot_file_text
 
-        own = read_robot_file(file) if is_robot_file(file) else {"robot": file}
+        own: dict[str, Any] = dict(read_robot_file(file)) if is_robot_file(file) else {"robot": file}
         for key, value in (("xacro_args", given), ("package_paths", folders)):
             own[key] = {**own.get(key, {}), **value}
         own["attach"] = attach or own.get("attach")

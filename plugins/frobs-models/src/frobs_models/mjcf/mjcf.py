@@ -412,8 +412,8 @@ class _MjcfReader:
         efforts: dict[int, float] = {}
         for joint in self.joints:  # the drive of a leader does the work of all actuators
             if joint.mimic is not None and joint.name in self.efforts:
-                leader = self.joints[i := places[joint.mimic.joint]]
-                own = leader.limits.effort if leader.name in self.efforts else 0.0
+                moving = self.joints[i := places[joint.mimic.joint]]
+                own = moving.limits.effort if moving.name in self.efforts else 0.0
                 efforts[i] = efforts.get(i, own) + abs(joint.mimic.multiplier) * joint.limits.effort
         for i, effort in efforts.items():
             self.joints[i] = replace(self.joints[i], limits=replace(self.joints[i].limits, effort=effort))
