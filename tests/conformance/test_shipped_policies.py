@@ -23,6 +23,7 @@ MANIPULATION = {
     "frobs/PandaPegInsertionTight-v0",
     "frobs/PandaPickAndPlace-v0",
     "frobs/PandaPickAndPlaceGoal-v0",
+    "frobs/PandaPickAndPlaceVision-v0",
     "frobs/PandaPush-v0",
     "frobs/PandaPushGoal-v0",
     "frobs/PandaPushVision-v0",

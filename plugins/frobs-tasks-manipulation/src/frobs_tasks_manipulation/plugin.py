@@ -19,6 +19,7 @@ _PRETRAINED = (
     "PandaPegInsertionTight",
     "PandaPickAndPlace",
     "PandaPickAndPlaceGoal",
+    "PandaPickAndPlaceVision",
     "PandaPush",
     "PandaPushGoal",
     "PandaPushVision",
