@@ -25,6 +25,7 @@ from frobs_core.util.errors import (
     ParameterValueError,
     PluginError,
     ResetNeededError,
+    SimulationError,
     UnknownNameError,
     UnknownParameterError,
 )
@@ -287,6 +288,15 @@ def test_staggered_episodes_end_at_different_times():
     env.close()
     with pytest.raises(ParameterValueError, match="stagger is True; it must be False without a time limit"):
         RobotVectorEnv(2, stagger=True, **PARTS)
+
+
+@pytest.mark.parametrize("simulator", ["mujoco", "pybullet"])
+def test_a_closed_vector_takes_no_step(simulator):
+    env = RobotVectorEnv(2, simulator=simulator, num_threads=1, **PARTS)
+    env.reset(seed=0)
+    env.close()
+    with pytest.raises(SimulationError, match="closed"):
+        env.step(np.zeros((2, 6)))
 
 
 def test_an_ended_episode_goes_on_when_its_row_is_restored():

@@ -277,6 +277,7 @@ class MujocoSimulation(Simulation):
         self.mark_stale(mask)
 
     def step(self, decimation: int) -> None:
+        self._check_open()
         if self._stale_constants is not None:
             self._set_constants()
         if self._applied:
@@ -296,7 +297,6 @@ class MujocoSimulation(Simulation):
 
     def _step_recorded(self, decimation: int) -> None:
         """Advance with separate controls for each physics step, or while recording contacts and forces."""
-        self._check_open()
         rows = self._rows
         if rows is not None and rows.shape[1] != decimation:
             raise ConfigurationError(
