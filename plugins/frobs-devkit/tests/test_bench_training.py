@@ -14,7 +14,7 @@ from frobs_cli.program import program
 from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.bench_training import TrainingBenchResult, bench_training
 from frobs_devkit.timing import Stopwatch
-from frobs_train import resolve_config
+from frobs_train import RunConfig, resolve_config
 
 ID = "frobs/Irb120Reach-v0"
 PARTS = {"simulation", "inference", "updates", "storage", "other"}
@@ -56,6 +56,19 @@ def test_steps_that_are_updates_are_measured() -> None:
     result = bench_training(resolve_config(ID, flags={"algorithm": "bc"}, settings=chosen), steps=20)
     assert result.steps >= 20
     assert result.steps_per_second > 0.0
+
+
+@pytest.mark.needs("pybullet")
+def test_several_simulators_are_chosen_as_for_training(monkeypatch: pytest.MonkeyPatch) -> None:
+    measured: list[Any] = []
+
+    def measure(config: RunConfig, steps: int | None) -> None:
+        measured.append(config.num_envs)
+        raise ConfigurationError("the settings are known.")
+
+    monkeypatch.setattr("frobs_devkit.bench_training.bench_training", measure)
+    CliRunner().invoke(program(), ["bench", ID, "--training", "--num-envs", "mujoco=2,pybullet=1"])
+    assert measured == [{"mujoco": 2, "pybullet": 1}]
 
 
 @pytest.mark.parametrize("algorithm", SETTINGS)

@@ -37,7 +37,7 @@ class BenchOptions(RobotChoice):
         scaling: Measure how speed and memory scale with environments, threads, processes and nodes.
         algorithm: Algorithm for --training: a name from 'frobs list algorithms'.
         num_envs: Number of environments to step as one batch; with --cameras or --scaling, a list of numbers to
-            measure.
+            measure; with --training, also the number on each of several simulators, as for 'frobs train'.
         steps: Number of steps to measure after the warm-up; with --training, number of environment steps, summed over
             all environments.
         threads: With --scaling: numbers of simulator threads with which the speed is measured.
@@ -132,11 +132,10 @@ def bench(
     if options.cameras:
         _bench_cameras(env_id, options, json=json)
         return
-    count = _one_size(options.num_envs)
     if options.training:
         from frobs_devkit.bench_training import bench_training
 
-        flags = options.flags(algorithm=options.algorithm, num_envs=count)
+        flags = options.flags(algorithm=options.algorithm, num_envs=options.num_envs)
         with only_json(json), working("measuring a training run"):
             trained = bench_training(_resolve(env_id, flags, options.settings), steps=options.steps)
         print_json(trained) if json else print_facts(_training_facts(trained))
@@ -145,7 +144,7 @@ def bench(
     options.reject(["settings"], "this option requires --training or --scaling.")
     from frobs_devkit.bench import bench as measure
 
-    steps = options.steps or 1000
+    count, steps = _one_size(options.num_envs), options.steps or 1000
     with only_json(json), working(f"measuring {steps:,} steps"):
         result = measure(env_id, num_envs=count or 1, steps=steps, **_keywords(options))
     print_json(result) if json else print_facts(_step_facts(result))
