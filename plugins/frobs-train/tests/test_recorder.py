@@ -4,8 +4,10 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
+import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
+from frobs_train.errors import EnvironmentFaultError
 from frobs_train.logs.recorder import EpisodeRecorder, FinishedEpisodes
 
 
@@ -37,6 +39,21 @@ def test_the_step_in_which_episodes_end_says_so_as_gymnasium_does() -> None:
     assert info["_episode"].tolist() == [True, True]
     np.testing.assert_allclose(info["episode"]["r"], found[0].rewards)
     assert info["episode"]["l"].tolist() == [10, 10]
+
+
+@pytest.mark.parametrize("value", [2.0, -1.0, "yes", np.array([True])])
+def test_a_success_that_is_no_truth_value_is_an_error_of_the_environment(value: Any) -> None:
+    class Vague(gym.Wrapper[Any, Any, Any, Any]):
+        def step(self, action: Any) -> Any:
+            *result, info = self.env.step(action)
+            return (*result, {**info, "is_success": value})
+
+    envs = SyncVectorEnv([lambda: Vague(gym.make("FrobsTests/Line-v0"))] * 2, autoreset_mode=AutoresetMode.SAME_STEP)
+    env = EpisodeRecorder(envs, lambda _: None)
+    env.reset(seed=0)
+    still = np.zeros((2, 1), np.float32)
+    with pytest.raises(EnvironmentFaultError, match="is_success is neither True nor False"):
+        [env.step(still) for _ in range(10)]
 
 
 def test_a_reset_begins_anew() -> None:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from frobs_core.util.arrays import Floats
 from frobs_train.environment_checks import TERM_PREFIX, EpisodeChecks, fault_named
+from frobs_train.errors import EnvironmentFaultError
 
 if TYPE_CHECKING:
     from frobs_train.environments import EnvironmentRecipe
@@ -100,6 +101,8 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
             observation, rewards, terminated, truncated, info = self.env.step(actions)
         self.checks.count_step(rewards, info)
         self.steps += self.num_envs
+        if np.ndim(info.get("is_success", 0)) > 1:
+            self._successes(info)
         self._rewards += rewards
         done = terminated | truncated
         any_done = done.any()
@@ -153,6 +156,21 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
                 else:
                     self._terms[name] += np.where(done, final.get(key, 0.0), info.get(key, 0.0))
 
+    def _successes(self, info: Mapping[str, Any]) -> Floats:
+        """Return 1.0 or 0.0 for each environment, (num_envs,). What does not report success has failed."""
+        try:
+            found = np.where(info.get("_is_success", True), info.get("is_success", np.zeros(self.num_envs)), 0.0)
+            found = found.astype(np.float64)
+        except (TypeError, ValueError):
+            found = np.empty(0)
+        known = found[np.isfinite(found)]  # check_metric names the other ones
+        if found.shape != (self.num_envs,) or (known < 0.0).any() or (known > 1.0).any():
+            raise EnvironmentFaultError(
+                self.checks.environment,
+                "returns an info whose is_success is neither True nor False; return bool(…) of a single value.",
+            )
+        return found
+
     def _finish(self, done: npt.NDArray[np.bool_], info: dict[str, Any]) -> None:
         batch = getattr(self.unwrapped, "final_observation", None)
         self.checks.check_final(info["final_obs"] if batch is None else batch, np.flatnonzero(done))
@@ -160,7 +178,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         counted = done & ~final[FROM_PATH] if FROM_PATH in final else done
         ids = np.flatnonzero(counted)
         self._has_success |= "is_success" in final
-        successes = _successes(final, self.num_envs)[ids] if self._has_success else None
+        successes = self._successes(final)[ids] if self._has_success else None
         terms = {name: sums[ids] for name, sums in self._terms.items()}
         for name, values in {**terms, **({} if successes is None else {"is_success": successes})}.items():
             self.checks.check_metric(name, values, ids)
@@ -174,12 +192,6 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
             sums[done] = 0.0
         if len(ids):
             self._on_episodes(finished)
-
-
-def _successes(final: Mapping[str, Any], num_envs: int) -> Floats:
-    """Return 1.0 or 0.0 for each environment, (num_envs,). An episode that does not report success has failed."""
-    reported = final.get("_is_success", True)
-    return np.where(reported, final.get("is_success", np.zeros(num_envs)), 0.0).astype(np.float64)
 
 
 def wrappers_of(env: Any) -> Iterator[Any]:
