@@ -187,6 +187,8 @@ def test_a_change_per_step_is_limited(arm: Path) -> None:
     np.testing.assert_array_equal(policy.act(far), [0.5, -0.5])
     policy.reset(previous_action=np.array([0.9, 0.0]))
     np.testing.assert_allclose(policy.act(far), [1.0, -0.25])
+    policy.reset(previous_action=np.array([3.0, 0.0]))  # outside the action space
+    np.testing.assert_array_equal(policy.act(far), [1.0, -0.25])
     policy.reset()
     np.testing.assert_array_equal(policy.act(far), [1.0, -1.0])
 

@@ -122,8 +122,8 @@ class Policy:
             mask: Boolean mask of the batch rows to reset, (n,). By default, all rows are reset, and the next batch may
                 have any size.
             previous_action: Last action before the reset, in the action's shape or with an additional batch axis. The
-                first action may differ from this action by at most ``max_change``. By default, the first action is not
-                limited in this way.
+                first action may differ from this action, clipped to the action space, by at most ``max_change``. By
+                default, the first action is not limited in this way.
 
         Raises:
             PolicyArgumentError: The mask or the previous action has the wrong shape.
@@ -193,7 +193,7 @@ class Policy:
             given = given[None]
         if given.shape[1:] != shape or not np.isfinite(given).all():
             raise PolicyArgumentError(f"previous_action must be a finite array of shape {shape}, not {action!r}.")
-        return given
+        return np.clip(given, self.manifest.action.low, self.manifest.action.high)
 
     def _check_robot(self, robot: str) -> None:
         trained = self.manifest.robot
