@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import sys
 from pathlib import Path
 
 ANSWERS = json.loads(r"""{{ cookiecutter | jsonify }}""")
@@ -11,4 +12,6 @@ spec = importlib.util.spec_from_file_location("finish", FINISH)
 module = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(module)
 module.finish(Path.cwd())
+if problem := module.hidden_import(Path.cwd()):
+    sys.exit(f"error: {problem}")
 module.finish_robot(Path.cwd(), ANSWERS)

@@ -100,6 +100,7 @@ def test_a_paced_simulator_is_run_and_not_trained_on(frobs: Frobs) -> None:
         (["robot", "abb"], "the distribution 'frobs-robots-abb' already exists: version 0.3.0 is installed"),
         (["task", "my_reach", "--robot", "irb121"], "Did you mean 'irb120'?"),
         (["task", "my_drive", "--example", "wheeled", "--robot", "irb120"], "has no differential drive"),
+        (["task", "scene", "--robot", "irb120"], "the class 'Scene' of the new plugin would hide an imported one"),
         (["task", "my_drive", "--example", "wheeled"], "'frobs list robots'"),
         (["pair", "my_arm", "--robot-file", "missing.urdf"], "the file does not exist"),
         (["pair", "my_arm", "--robot-file", "faulty.urdf"], "faulty.urdf"),

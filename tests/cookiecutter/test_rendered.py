@@ -119,6 +119,7 @@ def _without_core(folder: Path) -> Path:
         {"name": "class"},
         {"name": "My-Arm"},
         {"what": "robot", "name": "irb120"},
+        {"what": "task", "name": "camera", "robot": "irb120"},
         {"what": "task", "example": "file", "name": "my_task"},
         {"what": "pair", "example": "file", "name": "my_arm", "robot_file": "/missing.urdf"},
         {"what": "pair", "example": "file", "name": "my_arm", "robot_file": ""},

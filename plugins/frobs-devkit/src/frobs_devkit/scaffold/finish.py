@@ -1,5 +1,6 @@
 """Cleans up after cookiecutter or ``frobs new`` has rendered the templates."""
 
+import ast
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,17 @@ def finish(folder: Path) -> None:
                 path.rmdir()
         elif not path.read_text("utf-8").strip():
             path.unlink()
+
+
+def hidden_import(folder: Path) -> str:
+    """Return one line that names a class of the new plugin that hides an imported one, or ``""`` if there is none."""
+    for path in sorted(folder.rglob("*.py")):
+        body = ast.parse(path.read_text("utf-8")).body
+        imported = {alias.name for node in body if isinstance(node, ast.ImportFrom) for alias in node.names}
+        for node in body:
+            if isinstance(node, ast.ClassDef) and node.name in imported:
+                return f"the class '{node.name}' of the new plugin would hide an imported one; choose another name."
+    return ""
 
 
 def finish_robot(folder: Path, context: Mapping[str, Any]) -> None:

@@ -15,7 +15,7 @@ from frobs_cli.errors import MissingFileError, TargetExistsError
 from frobs_devkit.scaffold.answers import QUESTIONS, asked, find_problem
 from frobs_devkit.scaffold.clashes import check_clashes
 from frobs_devkit.scaffold.errors import AnswerError
-from frobs_devkit.scaffold.finish import finish, finish_robot
+from frobs_devkit.scaffold.finish import finish, finish_robot, hidden_import
 
 
 def template_folder() -> Path:
@@ -121,6 +121,8 @@ def render(context: Mapping[str, Any], output: Path) -> Path:
             path.write_text(text, "utf-8", newline="\n")
             shutil.copymode(file, path)
         finish(made)
+        if problem := hidden_import(made):
+            raise AnswerError(problem)
         finish_robot(made, context)
         os.rename(made, target)
     return target
