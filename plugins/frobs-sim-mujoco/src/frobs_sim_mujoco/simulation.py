@@ -277,7 +277,8 @@ class MujocoSimulation(Simulation):
         self.mark_stale(mask)
 
     def step(self, decimation: int) -> None:
-        self._check_open()
+        if self._closed:
+            raise SimulationError("the simulation is closed.")
         if self._stale_constants is not None:
             self._set_constants()
         if self._applied:
