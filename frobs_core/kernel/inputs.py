@@ -55,9 +55,9 @@ def check_actions(actions: Any, space: gym.Space[Any]) -> Action:
     if array.shape == space.shape and np.isfinite(array).all():
         if isinstance(space, gym.spaces.Box):
             return array
-        whole = array.astype(np.int64)
-        if (whole == array).all() and space.contains(whole):
-            return whole
+        numbers = array.astype(np.int64)
+        if (numbers == array).all() and space.contains(numbers):
+            return numbers
     raise invalid_action(actions, space)
 
 

@@ -159,7 +159,7 @@ class Run:
 
     @property
     def stopped(self) -> str | None:
-        """Reason why training ended before all steps, or None if it can go on or the newest checkpoint is damaged."""
+        """Reason why training ended before all steps, or None if it can continue or the newest checkpoint is damaged."""
         try:
             return next((read_state(each.path)[0].stopped for each in self.checkpoints[-1:]), None)
         except CheckpointError:
