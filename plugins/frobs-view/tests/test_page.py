@@ -46,7 +46,7 @@ def gripper(name: str) -> dict[str, Any]:
 def check(result: dict[str, Any], positions: float) -> None:
     """Check the deviations of replayed episodes."""
     assert result["positions"] <= positions
-    assert max(result["observation"].values()) <= 1e-9
+    assert max(result["observation"].values()) <= positions / 100.0  # velocities of contacts differ between processors
     assert result["control"] <= 1e-9
 
 

@@ -15,7 +15,6 @@ from frobs_core.util.errors import ConfigurationError, PolicyExportError
 from frobs_core.util.files import write_text
 from frobs_core.util.plain import to_json
 from frobs_train import make_env
-from frobs_train.export.pretrained import claimed_evaluation
 
 if TYPE_CHECKING:
     from frobs_train import BundleRun
@@ -151,7 +150,6 @@ def _facts(run: BundleRun, env: Any) -> dict[str, Any]:
         start += width
     camera = next((one for one in env.scene.cameras.values() if one.frame is None), None)
     space = env.action_space
-    evaluation = claimed_evaluation(run.bundle) or {}
     return {
         "format": FORMAT,
         "id": manifest["environment"]["id"].rpartition(":")[2],
@@ -161,7 +159,7 @@ def _facts(run: BundleRun, env: Any) -> dict[str, Any]:
         "training": {
             "algorithm": manifest["training"].get("algorithm"),
             "steps": run.steps,
-            "success_rate": evaluation.get("success_rate"),
+            "success_rate": run.success_rate,
         },
         "control_timestep": env.control_timestep,
         "decimation": env.decimation,

@@ -17,7 +17,7 @@ from frobs_deploy import Bundle, BundleError, BundleMismatchError, read_bundle
 from frobs_train.configuration.config import RunConfig
 from frobs_train.environments import make_vector_env
 from frobs_train.export.export_facts import environment_facts, spaces_facts
-from frobs_train.export.pretrained import read_pretrained
+from frobs_train.export.pretrained import claimed_evaluation, read_pretrained
 from frobs_train.export.untrusted import check_config
 from frobs_train.runs.run import Run
 
@@ -58,6 +58,11 @@ class BundleRun(Run):
                 bundle.path, "training.steps is not a number of environment steps; export the policy again."
             )
         self.steps = steps or 0
+
+    @property
+    def success_rate(self) -> float | None:
+        """Success rate in the simulator of the training, from the evaluation with the most episodes, or None."""
+        return (claimed_evaluation(self.bundle) or {}).get("success_rate")
 
     def policy(self, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> BundlePolicy:
         """Return the policy for the spaces of a single environment.

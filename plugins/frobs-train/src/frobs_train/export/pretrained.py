@@ -46,5 +46,9 @@ def claimed_evaluation(bundle: Bundle, simulator: str | None = None) -> Mapping[
     Only evaluations of the nominal models count, in the given simulator or that of the training run.
     """
     evaluations = (bundle.manifest.get("training") or {}).get("evaluations") or []
-    nominal = [row for row in evaluations if row.get("simulator") == simulator and not row.get("randomize")]
+    nominal = [
+        row
+        for row in evaluations
+        if row.get("simulator") == simulator and not row.get("randomize") and row.get("simulator_kwargs") is None
+    ]
     return max(nominal, key=lambda row: int(row.get("episodes") or 0), default=None)
