@@ -114,7 +114,7 @@ _TABLE = (
     ("contacts of the last physics step after an update", _BASE,
      "self.contacts.merge(contacts)", "self.contacts.merge(contacts[-1:])"),
     # -- end effectors --
-    ("a tool at the origin of its link", _ATTACHMENT, '"xyz": " ".join(map(repr, pos))', '"xyz": "0 0 0"'),
+    ("a tool at the origin of its link", _ATTACHMENT, '"xyz": _numbers(pos)', '"xyz": "0 0 0"'),
     ("a home position without the tool's", _ATTACHMENT,
      "home={**arm.home, **prefixed(tool.home)}", "home={**arm.home}"),
     ("open and closed exchanged", _ATTACHMENT, "open=prefixed(described.open)", "open=prefixed(described.closed)"),
