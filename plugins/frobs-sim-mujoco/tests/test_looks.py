@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import subprocess
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.util.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError, RenderingUnavailableError
+from frobs_sim_mujoco import rendering
 from frobs_sim_mujoco.geoms import VISUAL_GROUP
 
 
@@ -30,3 +32,12 @@ def test_the_color_of_a_link_is_that_of_its_first_drawn_shape() -> None:
     link = model.geom_rgba[(model.geom_bodyid == model.body("robot/link_1").id) & (model.geom_group == VISUAL_GROUP)]
     np.testing.assert_allclose(link[:, :3], np.tile([0.1, 0.2, 0.9], (3, 1)), atol=1e-6)
     env.close()
+
+
+def test_a_driver_that_hangs_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    def hang(command: Any, timeout: float, **_: Any) -> None:
+        raise subprocess.TimeoutExpired(command, timeout)
+
+    monkeypatch.setattr(subprocess, "run", hang)
+    with pytest.raises(RenderingUnavailableError, match="OpenGL"):
+        rendering._choose_backend.__wrapped__()

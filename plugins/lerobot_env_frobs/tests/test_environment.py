@@ -94,7 +94,6 @@ def test_pictures_are_those_of_the_scene() -> None:
         np.testing.assert_array_equal(observation["pixels"]["overview"], seen)
 
 
-@pytest.mark.needs("rendering")
 def test_an_id_keeps_the_observation_terms_that_it_changes() -> None:
     with closing(make("PandaPushVision-v0", cameras=["whole"], render_mode=None)) as env:
         vision: Any = gym.make("frobs_core:frobs/PandaPushVision-v0").unwrapped
