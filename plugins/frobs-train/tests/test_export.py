@@ -232,7 +232,7 @@ def test_a_run_on_a_paced_simulator_is_exported_with_one_environment(
         return make_vector_env(id, num_envs, *rest)
 
     monkeypatch.setattr("frobs_train.evaluation.evaluate.is_paced", lambda simulator: True)
-    monkeypatch.setattr("frobs_train.export.export.make_vector_env", make)
+    monkeypatch.setattr("frobs_train.evaluation.evaluate.make_vector_env", make)
     assert export(copied).observations == 256
     assert made == [1]
 

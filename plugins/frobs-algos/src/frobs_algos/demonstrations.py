@@ -33,9 +33,6 @@ _MOST_ENVS = 64
 _LONGEST_EPISODE = 20_000
 """Maximum number of steps of an episode without a known time limit. An endless episode would fill the memory."""
 
-_ADAPTING = ("NormalizeObservation", "NormalizeReward")
-"""Wrappers whose statistics would differ between the training environments and those in which a policy plays."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Demonstrations:
@@ -121,7 +118,7 @@ def load(
 def _check_wrappers(recipe: Any, owner: str) -> None:
     """Check that no wrapper of the training run has statistics that would differ for the demonstrations."""
     for component in getattr(recipe, "wrappers", ()):
-        if component.name.rpartition(":")[2] in _ADAPTING:
+        if component.adapts:
             raise ConfigurationError(
                 f"{owner} cannot demonstrate with the wrapper {component.name}, whose statistics would differ from those "
                 "of the training run; use the algorithm's settings normalize_observation and normalize_reward instead."

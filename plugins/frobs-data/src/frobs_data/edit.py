@@ -76,7 +76,7 @@ def split(folder: Path | str, parts: Mapping[str, float | Sequence[int]], out: P
 def _assemble(sources: Sequence[tuple[Dataset, Sequence[int]]], out: Path) -> Dataset:
     first = sources[0][0]
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise DataError(out, "it is not empty, or not a folder; choose another folder.")
+        raise DataError(out, "it is not a folder, or not empty; choose another folder.")
     if others := [name for name, each in first.features.items() if not (each.is_video or each.is_numeric)]:
         reason = f"{', '.join(others)[:300]} cannot be copied, because only numbers and color videos can"
         raise DataError(first.folder, f"{reason}; remove these features with lerobot-edit-dataset first.")

@@ -98,7 +98,9 @@ def training_arrays(
     if not isinstance(base, RobotEnv | RobotVectorEnv):
         raise DataError(folder, "only FRobs environments without wrappers for single environments can use it.")
     if _spaces(env) != _spaces(base):
-        raise DataError(folder, "it does not contain what a wrapper of the environment changes; omit the wrapper.")
+        raise DataError(
+            folder, "a wrapper of the environment changes the observations or the actions; omit the wrapper."
+        )
     given = load_yaml(mapping) if isinstance(mapping, Path | str) else dict(mapping or {})
     check_keys("the mapping", given, ("action", "observation", "any_rate"))
     terms = given.get("observation") or {}

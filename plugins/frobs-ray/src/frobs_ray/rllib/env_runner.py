@@ -23,9 +23,6 @@ from frobs_train import EnvironmentRecipe, EpisodeRecorder, FinishedEpisodes
 EPISODES = "frobs_episodes"
 """Key of the metric that contains the finished episodes."""
 
-_ADAPTING = ("NormalizeObservation", "NormalizeReward")
-"""Wrappers whose statistics would differ between environment runners, and between training and evaluation."""
-
 
 class VectorEnvRunner(SingleAgentEnvRunner):
     """Environment runner that steps many environments at once and returns fragments of their episodes.
@@ -164,7 +161,7 @@ def recipe_of(env: gym.vector.VectorEnv[Any, Any, Any]) -> EnvironmentRecipe:
     if not isinstance(recipe, EnvironmentRecipe):
         raise EnvironmentCopyError("no training run made the environment", "use frobs_train.train")
     for component in recipe.wrappers:
-        if component.name.rpartition(":")[2] in _ADAPTING:
+        if component.adapts:
             raise EnvironmentCopyError(
                 f"the wrapper {component.name} uses statistics that are collected in a single process",
                 "replace this wrapper with a wrapper that uses fixed constants",

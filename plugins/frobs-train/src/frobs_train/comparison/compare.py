@@ -258,8 +258,8 @@ def _notes(groups: Sequence[Group], repeated: int, blind: int, count: int) -> li
     for score in scores:
         if score.steps < score.total_steps:
             done = f"{score.steps:,} of {score.total_steps:,} steps"
-            early = f"ended after {done}: {score.stopped}"
-            notes.append(f"{score.run} {early if score.stopped else f'is unfinished: {done}'}.")
+            how = f"ended after {done}: {score.stopped}" if score.stopped else f"is unfinished: {done}"
+            notes.append(f"{score.run} {how}.")
     training = [score for score in scores if score.source == "training"]
     if training:
         which = "no run was" if len(training) == len(scores) else f"{_names(training)} not"

@@ -46,6 +46,11 @@ class ComponentConfig(BaseModel):
         """Keyword arguments of the constructor."""
         return dict(self.model_extra or {})
 
+    @property
+    def adapts(self) -> bool:
+        """Whether this is a wrapper whose statistics differ between the training environments and others."""
+        return self.name.rpartition(":")[2] in ("NormalizeObservation", "NormalizeReward")
+
 
 class ResetFromConfig(BaseModel):
     """Reverse curriculum, in which some training episodes begin on the path of the task's expert.

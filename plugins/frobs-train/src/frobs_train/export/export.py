@@ -13,8 +13,7 @@ import numpy as np
 from frobs_core.contracts import Algorithm
 from frobs_core.util.files import write_aside
 from frobs_deploy import BundleError, Policy, pack_bundle, parse_bundle
-from frobs_train.environments import make_vector_env
-from frobs_train.evaluation.evaluate import usual_num_envs
+from frobs_train.evaluation.evaluate import make_evaluation_env, usual_num_envs
 from frobs_train.export.export_facts import environment_facts, license_text, training_facts
 from frobs_train.runs.policy import load_algorithm
 from frobs_train.runs.run import Run
@@ -48,7 +47,7 @@ def export(
     """
     text = license_text(license)
     count = usual_num_envs(run.config, _ENVS)
-    env = make_vector_env(run.config.environment, count, run.config.keywords(randomize=False), run.config.wrappers)
+    env = make_evaluation_env(run.config, count, run.config.keywords(randomize=False))
     path = run.path / "policy.frobs" if out is None else out
     try:
         algorithm, steps = load_algorithm(run, env.single_observation_space, env.single_action_space, checkpoint)

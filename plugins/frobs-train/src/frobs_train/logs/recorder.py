@@ -157,7 +157,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
                     self._terms[name] += np.where(done, final.get(key, 0.0), info.get(key, 0.0))
 
     def _successes(self, info: Mapping[str, Any]) -> Floats:
-        """Return 1.0 or 0.0 for each environment, (num_envs,). What does not report success has failed."""
+        """Return 1.0 or 0.0 for each environment, (num_envs,). An environment that reports no success has failed."""
         try:
             found = np.where(info.get("_is_success", True), info.get("is_success", np.zeros(self.num_envs)), 0.0)
             found = found.astype(np.float64)
